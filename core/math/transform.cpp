@@ -1,0 +1,88 @@
+#include "core/math/transform.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+using Rows = std::array<double, 12>;
+
+Vec3d row(const Rows& m, int i) { return {m[i * 4], m[i * 4 + 1], m[i * 4 + 2]}; }
+Vec3d column(const Rows& m, int j) { return {m[j], m[4 + j], m[8 + j]}; }
+
+std::optional<Rows> inverse(const Rows& m) {
+  const Vec3d a = row(m, 0), b = row(m, 1), c = row(m, 2);
+  const Vec3d bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
+  const double det = dot(a, bc);
+  // Hadamard: |det| ≤ |a||b||c|. A determinant this far below the bound is rounding noise of its own products.
+  const double largest = length(a) * length(b) * length(c);
+  if (!std::isfinite(det) || !(std::abs(det) > 1e-14 * largest)) return std::nullopt;
+  const Vec3d x = bc / det, y = ca / det, z = ab / det;  // the columns of the linear inverse
+  const Vec3d t = column(m, 3);
+  Rows inv{};
+  for (int i = 0; i < 3; ++i) {
+    inv[i * 4] = x[i];
+    inv[i * 4 + 1] = y[i];
+    inv[i * 4 + 2] = z[i];
+    inv[i * 4 + 3] = -(x[i] * t.x + y[i] * t.y + z[i] * t.z);
+  }
+  return inv;
+}
+
+}  // namespace
+
+std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows) {
+  if (!std::ranges::all_of(rows, [](double v) { return std::isfinite(v); })) return std::nullopt;
+  const auto exact = inverse(rows);
+  if (!exact) return std::nullopt;
+  Transform out;
+  Rows rounded{};
+  for (int i = 0; i < 12; ++i) {
+    out.world_to_local_[i] = static_cast<float>((*exact)[i]);
+    rounded[i] = out.world_to_local_[i];
+    if (!std::isfinite(rounded[i])) return std::nullopt;
+  }
+  const auto traced = inverse(rounded);
+  if (!traced) return std::nullopt;
+  out.local_to_world_ = *traced;
+  return out;
+}
+
+Ray Transform::to_local(const Ray& world) const {
+  const auto& m = world_to_local_;
+  const Vec3 o = world.origin, d = world.direction;
+  const auto linear = [&](int i, Vec3 v) { return m[i * 4] * v.x + m[i * 4 + 1] * v.y + m[i * 4 + 2] * v.z; };
+  return {{linear(0, o) + m[3], linear(1, o) + m[7], linear(2, o) + m[11]},
+          {linear(0, d), linear(1, d), linear(2, d)},
+          world.t_min,
+          world.t_max};
+}
+
+Vec3d Transform::point_to_world(Vec3d p) const {
+  const auto& m = local_to_world_;
+  return {dot(row(m, 0), p) + m[3], dot(row(m, 1), p) + m[7], dot(row(m, 2), p) + m[11]};
+}
+
+Vec3d Transform::normal_to_world(Vec3d n) const {
+  const auto& m = world_to_local_;
+  return {m[0] * n.x + m[4] * n.y + m[8] * n.z, m[1] * n.x + m[5] * n.y + m[9] * n.z,
+          m[2] * n.x + m[6] * n.y + m[10] * n.z};
+}
+
+Transform::Error Transform::error() const {
+  Error worst;
+  for (int i = 0; i < 3; ++i) {
+    double condition = 0, offset = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double l = std::abs(local_to_world_[i * 4 + k]);
+      for (int j = 0; j < 3; ++j) condition += l * std::abs(world_to_local_[k * 4 + j]);
+      offset += l * std::abs(world_to_local_[k * 4 + 3]);
+    }
+    worst.condition = std::max(worst.condition, condition);
+    worst.offset = std::max(worst.offset, offset);
+  }
+  return worst;
+}
+
+}  // namespace tessera

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "core/math/ray.h"
+#include "core/math/unit_vec3.h"
+
+namespace tessera {
+
+/// An affine map from an object's space to the world, kept with its inverse.
+///
+/// Rays are traced in object space, so the float world-to-local matrix is the placement's one definition;
+/// local-to-world is the (double) inverse of that float matrix, not the matrix the user wrote.
+class Transform {
+ public:
+  /// Row-major 3x4, local to world. Nothing when a number isn't finite or the matrix is singular, i.e. its
+  /// determinant is within rounding of zero for rows of that size, or the inverse overflows a float.
+  static std::optional<Transform> from_rows(const std::array<double, 12>& rows);
+
+  /// The ray seen from object space, with the same `t` for the same point: the direction is not normalised.
+  Ray to_local(const Ray& world) const;
+
+  Vec3d point_to_world(Vec3d local) const;
+
+  /// A normal, by the inverse transpose; mirrored maps keep outward normals outward. Not normalised.
+  Vec3d normal_to_world(Vec3d local) const;
+
+  /// Bounds the rounding of `to_local`, seen in world space. With O = |ray origin|∞ and R = the distance∞ from it
+  /// to the farthest point that counts: error ≤ u · (condition · (8·O + 24·R) + 8·offset). Derived in
+  /// core/bounds/cull_pad.h, the one user.
+  struct Error {
+    double condition = 0;  ///< ‖|L|·|W|‖∞ for the linear parts L (local to world) and W (world to local).
+    double offset = 0;     ///< ‖|L|·|w|‖∞ for the translation w of world to local.
+  };
+  Error error() const;
+
+  /// Row-major 3x4, local to world, as traced.
+  const std::array<double, 12>& rows() const { return local_to_world_; }
+
+ private:
+  Transform() = default;
+  std::array<float, 12> world_to_local_{};
+  std::array<double, 12> local_to_world_{};
+};
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/shape.h"
+#include "core/math/transform.h"
+#include "core/scene/camera.h"
+#include "core/scene/light.h"
+#include "core/scene/material.h"
+
+namespace tessera {
+
+/// A shape with a material, somewhere. An object with a `placement` is an instance: its rays are traced in the
+/// shape's own space.
+struct Object {
+  std::uint32_t shape = 0;
+  std::uint32_t material = 0;
+  std::optional<Transform> placement;
+};
+
+/// Something that a scene lost or ignored on its way in and that still renders: counted, named, reported.
+struct SceneWarning {
+  std::string pointer;  ///< JSON pointer of the scene document, or a file's name with a line.
+  std::string detail;
+};
+
+/// All that is rendered. Made by the parser, valid when made (every index in range, every number finite, at most
+/// 2^32 − 1 primitives with instances counted), and never changed: share it across threads freely.
+///
+/// A primitive's identity is the pair (object, primitive within the object's shape); ties at equal t go to the
+/// smaller pair.
+struct Scene {
+  std::vector<Shape> shapes;
+  std::vector<Object> objects;
+  std::vector<Material> materials;
+  std::vector<Light> lights;
+  Rgb background;
+  std::optional<Camera> camera;  ///< The scene's own view; a job may bring another.
+  std::vector<SceneWarning> warnings;
+};
+
+/// The box of a placed object in world space: empty for an empty shape; padded for the rounding of the placement
+/// itself, not for that of rays (core/bounds/cull_pad.h does that per ray).
+Aabb world_bounds(const Scene& scene, const Object& object);
+
+/// Bytes of heap that the scene holds, to a few percent.
+std::size_t memory_bytes(const Scene& scene);
+
+}  // namespace tessera

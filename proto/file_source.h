@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "proto/wire/result.h"
+#include "proto/wire/sha256.h"
+
+namespace tessera::proto {
+
+/// A file that a scene document names, found.
+struct SourceFile {
+  std::filesystem::path path;
+  ContentHash hash;
+};
+
+/// Where the parser finds the files that a scene names. Problems come without a pointer: the parser adds it.
+/// Safe to call from any number of threads.
+class FileSource {
+ public:
+  virtual ~FileSource() = default;
+
+  /// An uploaded blob.
+  virtual Result<SourceFile> blob(const ContentHash& hash) const = 0;
+
+  /// A file under the asset root, by relative path. Refuses absolute paths, paths that climb out of the root
+  /// (also by symbolic links), and anything that isn't a regular file.
+  virtual Result<SourceFile> asset(std::string_view relative_path) const = 0;
+};
+
+}  // namespace tessera::proto

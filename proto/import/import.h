@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/scene/scene.h"
+#include "proto/wire/result.h"
+
+namespace tessera::proto {
+
+enum class FileFormat { obj, ply, nff };
+
+/// A shape from a file, with the material that the file gives it (into `Imported::materials`), if it does.
+struct ImportedPart {
+  Shape shape;
+  std::optional<std::uint32_t> material;
+};
+
+/// A file's content in core's terms. Camera, lights and background come from NFF alone.
+struct Imported {
+  std::vector<ImportedPart> parts;
+  std::vector<Material> materials;
+  std::vector<Light> lights;
+  std::optional<Rgb> background;
+  std::optional<Camera> camera;
+  std::vector<SceneWarning> warnings;  ///< Dropped triangles, ignored statements, missing MTL files, counted.
+};
+
+/// Finds a file that the imported file refers to by name (an MTL library); nothing when there is none.
+using CompanionSource = std::function<std::optional<std::filesystem::path>(std::string_view name)>;
+
+/// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines
+/// exist. Never throws, never allocates more than a small multiple of the file's size.
+Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
+                             const CompanionSource& companions);
+
+/// By the ending of a name, in any case; nothing when it is none of ours.
+std::optional<FileFormat> format_of(std::string_view file_name);
+
+}  // namespace tessera::proto

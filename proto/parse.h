@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "core/scene/scene.h"
+#include "core/scene/settings.h"
+#include "proto/file_source.h"
+#include "proto/wire/result.h"
+
+namespace tessera::proto {
+
+/// What a document may ask for at most. Beyond it is `invalid_document` with the pointer, never an allocation.
+struct Limits {
+  std::uint32_t max_depth = 64;                       ///< Nesting of JSON arrays and objects.
+  std::uint64_t max_pixels = 1ULL << 26;              ///< width × height.
+  std::uint64_t max_samples = 1ULL << 36;             ///< width × height × samples.
+  std::uint64_t max_primitives = 0xFFFFFFFEULL;       ///< With instances counted.
+  std::uint64_t max_scene_bytes = 4ULL << 30;         ///< core's `memory_bytes` of the scene.
+  std::uint64_t max_objects = 1ULL << 26;             ///< After files and instances are expanded.
+};
+
+struct ParsedScene {
+  std::shared_ptr<const Scene> scene;
+  ContentHash hash;  ///< Of what was asked for, files by their content: equal documents and files, equal hash.
+};
+
+/// A job as asked for, checked as far as it can be without the scene it names.
+struct JobRequest {
+  std::variant<ContentHash, ParsedScene> scene;
+  std::optional<Camera> camera;
+  Settings settings;
+  std::string name;
+};
+
+/// Parses a whole scene document and reads the files that it names. Collects up to `kMaxFieldErrors` errors.
+/// `malformed_json` when `bytes` isn't JSON or nests too deep, `invalid_document` otherwise. Never throws on bad
+/// input. May take long (big files): not for an I/O thread.
+Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files, const Limits& limits);
+
+/// The same for a job document; an inline scene's pointers start with "/scene".
+Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits);
+
+}  // namespace tessera::proto

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace tessera::proto {
+
+/// queued → preparing → rendering → completed | failed | canceled.
+enum class JobState { queued, preparing, rendering, completed, failed, canceled };
+
+std::string_view name(JobState state);
+std::optional<JobState> job_state(std::string_view name);
+constexpr bool has_ended(JobState s) { return s >= JobState::completed; }
+
+/// What `GET /v1/jobs/{id}` says. Times are seconds; `eta` is absent until a tile is done.
+struct JobStatus {
+  std::string id;
+  std::string name;  ///< As the user gave it; may be empty.
+  JobState state = JobState::queued;
+  std::string scene;  ///< Content hash.
+  std::uint32_t width = 0, height = 0;
+  std::uint64_t tiles_done = 0, tiles_total = 0;
+  std::uint64_t samples_done = 0, samples_total = 0;
+  double elapsed = 0;  ///< From acceptance to the end, or to now.
+  std::optional<double> eta;
+  std::string created;  ///< RFC 3339, UTC.
+  std::string error;    ///< Why it failed; empty otherwise.
+  std::uint64_t warnings = 0;
+};
+
+nlohmann::json to_json(const JobStatus& status);
+
+/// Nothing when a field is missing or of the wrong type. Fields that it doesn't know are left to later versions.
+std::optional<JobStatus> job_status(const nlohmann::json& json);
+
+}  // namespace tessera::proto

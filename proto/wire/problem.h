@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace tessera::proto {
+
+/// Every way in which the service refuses. The table in problem.cpp gives each its name, status and title.
+enum class ProblemCode {
+  malformed_json,
+  malformed_request,
+  not_found,
+  method_not_allowed,
+  not_acceptable,
+  image_not_ready,
+  job_still_active,
+  job_already_ended,
+  payload_too_large,
+  unsupported_media_type,
+  invalid_document,
+  hash_mismatch,
+  too_many_jobs,
+  out_of_memory_budget,
+  shutting_down,
+  internal_error,
+};
+
+/// A row of the one table of refusals.
+struct ProblemEntry {
+  ProblemCode code;
+  std::string_view name;   ///< On the wire, and the last part of the problem's type URI.
+  int status;              ///< HTTP status.
+  std::string_view title;  ///< The same for every occurrence (RFC 9457).
+};
+std::span<const ProblemEntry> problem_table();
+const ProblemEntry& entry(ProblemCode code);
+
+/// One thing that is wrong with a document, and where.
+struct FieldError {
+  std::string pointer;  ///< RFC 6901 JSON pointer, or "file:line" for an imported file.
+  std::string detail;   ///< What is wrong and how to mend it.
+};
+
+/// At most this many field errors are collected for one document.
+inline constexpr std::size_t kMaxFieldErrors = 20;
+
+/// A refusal: RFC 9457 problem details.
+struct Problem {
+  ProblemCode code = ProblemCode::internal_error;
+  std::string detail;
+  std::vector<FieldError> errors;
+};
+
+nlohmann::json to_json(const Problem& problem);
+
+}  // namespace tessera::proto

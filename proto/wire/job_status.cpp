@@ -1,0 +1,79 @@
+#include "proto/wire/job_status.h"
+
+#include <algorithm>
+#include <array>
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::proto {
+namespace {
+
+// In the order of JobState.
+constexpr std::array<std::string_view, 6> kNames{"queued", "preparing", "rendering", "completed", "failed", "canceled"};
+
+template <typename T>
+bool fits(const nlohmann::json& value) {
+  if constexpr (std::is_same_v<T, std::string>) return value.is_string();
+  if constexpr (std::is_floating_point_v<T>) return value.is_number();
+  if constexpr (std::is_unsigned_v<T>)
+    return value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<T>::max();
+}
+
+template <typename T>
+bool read(const nlohmann::json& json, const char* name, T& out) {
+  const auto field = json.find(name);
+  if (field == json.end() || !fits<T>(*field)) return false;
+  out = field->get<T>();
+  return true;
+}
+
+}  // namespace
+
+std::string_view name(JobState state) { return kNames.at(static_cast<std::size_t>(state)); }
+
+std::optional<JobState> job_state(std::string_view name) {
+  const auto found = std::ranges::find(kNames, name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<JobState>(found - kNames.begin());
+}
+
+nlohmann::json to_json(const JobStatus& s) {
+  nlohmann::json json{{"id", s.id},
+                      {"name", s.name},
+                      {"state", name(s.state)},
+                      {"scene", s.scene},
+                      {"width", s.width},
+                      {"height", s.height},
+                      {"tiles_done", s.tiles_done},
+                      {"tiles_total", s.tiles_total},
+                      {"samples_done", s.samples_done},
+                      {"samples_total", s.samples_total},
+                      {"elapsed", s.elapsed},
+                      {"created", s.created},
+                      {"error", s.error},
+                      {"warnings", s.warnings}};
+  if (s.eta) json["eta"] = *s.eta;
+  return json;
+}
+
+std::optional<JobStatus> job_status(const nlohmann::json& json) {
+  JobStatus s;
+  std::string state;
+  if (!json.is_object() || !read(json, "state", state) || !job_state(state)) return std::nullopt;
+  s.state = *job_state(state);
+  const bool complete = read(json, "id", s.id) && read(json, "name", s.name) && read(json, "scene", s.scene) &&
+                        read(json, "width", s.width) && read(json, "height", s.height) &&
+                        read(json, "tiles_done", s.tiles_done) && read(json, "tiles_total", s.tiles_total) &&
+                        read(json, "samples_done", s.samples_done) && read(json, "samples_total", s.samples_total) &&
+                        read(json, "elapsed", s.elapsed) && read(json, "created", s.created) &&
+                        read(json, "error", s.error) && read(json, "warnings", s.warnings);
+  if (!complete) return std::nullopt;
+  if (json.contains("eta")) {
+    double eta = 0;
+    if (!read(json, "eta", eta)) return std::nullopt;
+    s.eta = eta;
+  }
+  return s;
+}
+
+}  // namespace tessera::proto

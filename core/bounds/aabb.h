@@ -29,10 +29,11 @@ struct Aabb {
   constexpr Vec3 center() const { return lo * 0.5F + hi * 0.5F; }
 };
 
-/// Half the surface area: what the surface area heuristic compares. 0 for an empty box.
-constexpr float half_area(const Aabb& b) {
+/// Half the surface area: what the surface area heuristic compares. 0 for an empty box. In double, so that neither
+/// kilometre nor nanometre scenes leave the range.
+constexpr double half_area(const Aabb& b) {
   if (b.empty()) return 0;
-  const Vec3 d = b.diagonal();
+  const Vec3d d = to_double(b.hi) - to_double(b.lo);
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/bounds/pixel_rect.h"
 #include "core/math/rgb.h"
+#include "core/math/rounding.h"
 #include "core/math/vec.h"
 #include "core/scene/settings.h"
 
@@ -57,6 +58,7 @@ class Film {
 
  private:
   Pixels pixels_;
+  std::set<Aov> aovs_;
   std::vector<PixelRect> tiles_;
   std::unique_ptr<std::atomic<bool>[]> tile_done_;
   std::atomic<std::size_t> stored_{0};

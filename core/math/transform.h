@@ -26,9 +26,9 @@ class Transform {
   /// A normal, by the inverse transpose; mirrored maps keep outward normals outward. Not normalised.
   Vec3d normal_to_world(Vec3d local) const;
 
-  /// Bounds the rounding of `to_local`, seen in world space. With O = |ray origin|∞ and R = the distance∞ from it
-  /// to the farthest point that counts: error ≤ u · (condition · (8·O + 24·R) + 8·offset). Derived in
-  /// core/bounds/cull_pad.h, the one user.
+  /// Bounds the rounding of `to_local`, seen in world space: with O = |ray origin|∞ and R = the distance∞ from it
+  /// to the farthest point that counts, error ≤ 8u · (condition · (O + R) + offset). (Three products and three sums
+  /// round 4 times at most, γ4 ≤ 8u; an error e in local space is at most |L|·e in the world.)
   struct Error {
     double condition = 0;  ///< ‖|L|·|W|‖∞ for the linear parts L (local to world) and W (world to local).
     double offset = 0;     ///< ‖|L|·|w|‖∞ for the translation w of world to local.

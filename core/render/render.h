@@ -1,13 +1,13 @@
 #pragma once
 
-#include <atomic>
-#include <cstdint>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <stop_token>
 
 #include "core/accel/accel.h"
 #include "core/film/film.h"
+#include "core/integrator/ray_counts.h"
 #include "core/plan/plan.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
@@ -15,23 +15,10 @@
 
 namespace tessera {
 
-/// Rays traced, by kind, and first-level rays that were not.
-struct RayCounts {
-  std::uint64_t camera = 0;
-  std::uint64_t camera_hits = 0;
-  std::uint64_t reflection = 0;
-  std::uint64_t refraction = 0;
-  std::uint64_t shadow = 0;
-  std::uint64_t camera_skipped = 0;  ///< Samples in tiles that nothing projects into.
-
-  std::uint64_t traced() const { return camera + reflection + refraction + shadow; }
-  RayCounts& operator+=(const RayCounts& other);
-};
-
 /// Everything that rendering a tile reads. Immutable; shared by all threads of a job.
 struct RenderContext {
   std::shared_ptr<const Scene> scene;
-  std::shared_ptr<const Accel> accel;
+  std::shared_ptr<const Accel> accel;  ///< Null where the plan needs none (`needs_structure`).
   Settings settings;
   Plan plan;
   CameraRays rays;

@@ -23,6 +23,12 @@ class CameraRays {
   };
   Projected project(Vec3d point) const;
 
+  /// How far right of and below the camera's axis a point lies, in metres.
+  struct Sideways {
+    double x, y;
+  };
+  Sideways sideways(Vec3d point) const;
+
   bool is_perspective() const { return perspective_; }
   Vec3 eye() const { return eye_; }
   std::uint32_t width() const { return width_; }

@@ -1,0 +1,40 @@
+#include "core/material/shade.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tessera {
+
+Rgb shade(const Material& material, Vec3 normal, Vec3 to_viewer, Vec3 to_light, Rgb irradiance) {
+  const float cos_theta = dot(normal, to_light);
+  if (!(cos_theta > 0)) return {};
+  Rgb scattered = material.diffuse * cos_theta;
+  if (!material.specular.is_black()) {
+    const float cos_alpha = dot(mirror(-to_viewer, normal), to_light);
+    if (cos_alpha > 0) scattered = scattered + material.specular * std::pow(cos_alpha, material.shininess);
+  }
+  return scattered * irradiance * std::numbers::inv_pi_v<float>;
+}
+
+Vec3 mirror(Vec3 direction, Vec3 normal) { return direction - normal * (2 * dot(direction, normal)); }
+
+std::optional<Vec3> refract(Vec3 direction, Vec3 normal, float eta) {
+  const float cos_in = -dot(direction, normal);
+  const float ratio = 1 / eta;
+  const float cos2_out = 1 - ratio * ratio * (1 - cos_in * cos_in);
+  if (!(cos2_out > 0)) return std::nullopt;
+  return direction * ratio + normal * (ratio * cos_in - std::sqrt(cos2_out));
+}
+
+float fresnel(Vec3 direction, Vec3 normal, float eta) {
+  const float cos_in = std::min(std::abs(dot(direction, normal)), 1.0F);
+  const float sin2_out = (1 - cos_in * cos_in) / (eta * eta);
+  if (sin2_out >= 1) return 1;
+  const float cos_out = std::sqrt(1 - sin2_out);
+  const float parallel = (eta * cos_in - cos_out) / (eta * cos_in + cos_out);
+  const float across = (cos_in - eta * cos_out) / (cos_in + eta * cos_out);
+  return (parallel * parallel + across * across) / 2;
+}
+
+}  // namespace tessera

@@ -1,0 +1,76 @@
+#include "core/render/render.h"
+
+#include "core/integrator/spawn.h"
+#include "core/integrator/whitted.h"
+#include "core/sampling/pixel_samples.h"
+
+namespace tessera {
+namespace {
+
+/// Renders one tile, pixel by pixel.
+class TileRenderer {
+ public:
+  TileRenderer(const RenderContext& context, const Tile& tile)
+      : context_(context), tile_(tile), result_{Pixels(tile.rect, context.settings.aovs), {}} {}
+
+  std::optional<TileResult> run(const std::stop_token& stop) {
+    for (std::int32_t y = tile_.rect.y0; y < tile_.rect.y1; ++y) {
+      if (stop.stop_requested()) return std::nullopt;
+      for (std::int32_t x = tile_.rect.x0; x < tile_.rect.x1; ++x) pixel(x, y);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// The same sum and the same division, whether its samples were traced or known to be background (law L6).
+  void pixel(std::int32_t x, std::int32_t y) {
+    const std::uint32_t samples = context_.settings.samples;
+    Rgb sum;
+    for (std::uint32_t i = 0; i < samples; ++i) sum = sum + sample(x, y, i);
+    const auto n = static_cast<float>(samples);
+    result_.pixels.color[result_.pixels.index(x, y)] = {sum.r / n, sum.g / n, sum.b / n};
+  }
+
+  Rgb sample(std::int32_t x, std::int32_t y, std::uint32_t index) {
+    if (tile_.first_level == FirstLevel::nothing) {
+      ++result_.rays.camera_skipped;
+      return context_.scene->background;
+    }
+    const Settings& settings = context_.settings;
+    const PixelOffset offset = pixel_offset(settings.seed, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                                            index, settings.samples, settings.jitter);
+    const Ray ray = context_.rays.ray(x + offset.x, y + offset.y);
+    const std::optional<Hit> hit = first_hit(ray);
+    ++result_.rays.camera;
+    if (hit) ++result_.rays.camera_hits;
+    if (hit && index == 0) record_aovs(result_.pixels.index(x, y), ray, *hit);
+    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays).radiance(ray, hit);
+  }
+
+  std::optional<Hit> first_hit(const Ray& ray) const {
+    if (tile_.first_level == FirstLevel::candidates)
+      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_));
+    return context_.accel->closest(ray);
+  }
+
+  void record_aovs(std::size_t pixel, const Ray& ray, const Hit& hit) {
+    Pixels& out = result_.pixels;
+    if (!out.depth.empty()) out.depth[pixel] = hit.t;  // a camera ray's t is depth
+    if (!out.primitive_id.empty()) out.primitive_id[pixel] = hit.primitive;
+    if (!out.object_id.empty()) out.object_id[pixel] = hit.object;
+    if (!out.normal.empty())
+      out.normal[pixel] = world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t).shading_normal;
+  }
+
+  const RenderContext& context_;
+  const Tile& tile_;
+  TileResult result_;
+};
+
+}  // namespace
+
+std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop) {
+  return TileRenderer(context, context.plan.tiling.tiles[index]).run(stop);
+}
+
+}  // namespace tessera

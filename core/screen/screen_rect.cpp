@@ -1,0 +1,83 @@
+#include "core/screen/screen_rect.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+struct Range {
+  double lo = std::numeric_limits<double>::infinity();
+  double hi = -std::numeric_limits<double>::infinity();
+  void add(double v) {
+    lo = std::min(lo, v);
+    hi = std::max(hi, v);
+  }
+  /// A point on the camera's own plane is seen infinitely far out, on the side where it lies; on both when it is
+  /// too near the axis to tell.
+  void add_infinitely_far(double side, double doubt) {
+    if (side > -doubt) hi = std::numeric_limits<double>::infinity();
+    if (side < doubt) lo = -std::numeric_limits<double>::infinity();
+  }
+};
+
+std::int32_t clamp_to_pixels(double v, std::uint32_t size) {
+  return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(size)));
+}
+
+}  // namespace
+
+PixelRect screen_rect(const Aabb& box, const CameraRays& camera, Transform::Error placed) {
+  if (box.empty()) return {};
+  const Vec3d eye = to_double(camera.eye());
+  const double reach =
+      std::max(max_component(abs(to_double(box.lo) - eye)), max_component(abs(to_double(box.hi) - eye)));
+  const double pad =
+      8 * kUnitRoundoff * (placed.condition * (max_component(abs(eye)) + reach) + placed.offset) + reach * 0x1p-40;
+  const Vec3d lo = to_double(box.lo) - Vec3d{pad, pad, pad}, hi = to_double(box.hi) + Vec3d{pad, pad, pad};
+
+  // In double a depth is right to 2^-50 of the reach: what lies nearer than this to the camera's plane is on it.
+  const double plane = reach * 0x1p-40;
+  std::array<Vec3d, 8> corners;
+  std::array<CameraRays::Projected, 8> seen;
+  Range x, y;
+  bool any_in_front = false, any_behind = false;
+  for (int i = 0; i < 8; ++i) {
+    corners[i] = {i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z};
+    seen[i] = camera.project(corners[i]);
+    const bool in_front = seen[i].depth > plane;
+    any_in_front |= in_front;
+    any_behind |= !in_front;
+    if (in_front || !camera.is_perspective()) {
+      x.add(seen[i].x);
+      y.add(seen[i].y);
+    }
+  }
+  const bool touches_plane = std::ranges::any_of(seen, [&](const auto& s) { return std::abs(s.depth) <= plane; });
+  if (!any_in_front && !touches_plane) return {};
+  const auto width = static_cast<std::int32_t>(camera.width()), height = static_cast<std::int32_t>(camera.height());
+  if (camera.is_perspective() && !any_in_front) return {0, 0, width, height};
+
+  if (camera.is_perspective() && any_behind)
+    for (int i = 0; i < 8; ++i)
+      for (const int bit : {1, 2, 4}) {
+        const int j = i ^ bit;
+        if (seen[i].depth > plane && seen[j].depth <= plane) {
+          const double share = seen[i].depth / (seen[i].depth - seen[j].depth);
+          const auto side = camera.sideways(corners[i] + (corners[j] - corners[i]) * share);
+          x.add_infinitely_far(side.x, plane);
+          y.add_infinitely_far(side.y, plane);
+        }
+      }
+
+  // Dwarfs the rounding of the projection itself, which is in double.
+  const double stray = camera.stray_pixels(reach);
+  const PixelRect rect{clamp_to_pixels(std::floor(x.lo - stray), camera.width()),
+                       clamp_to_pixels(std::floor(y.lo - stray), camera.height()),
+                       clamp_to_pixels(std::floor(x.hi + stray) + 1, camera.width()),
+                       clamp_to_pixels(std::floor(y.hi + stray) + 1, camera.height())};
+  return rect.empty() ? PixelRect{} : rect;
+}
+
+}  // namespace tessera

@@ -19,19 +19,17 @@ SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], 
   const Vec3d a = to_double(corners[0]), b = to_double(corners[1]), c = to_double(corners[2]);
 
   SurfacePoint out;
-  const Vec3d p = a * share[0] + b * share[1] + c * share[2];
-  out.position = to_float(p);
-  // A convex mix of corners, in double, is on the triangle but for the last rounding to float; the double part
-  // (2^-50 of the corners) counts only where it mixes far corners into a point near zero.
-  const Vec3d reach = max(abs(a), max(abs(b), abs(c)));
-  out.error =
-      to_float(abs(p) * kUnitRoundoff * 2 + reach * 0x1p-48 + Vec3d{kDenormalStep, kDenormalStep, kDenormalStep});
+  out.position = a * share[0] + b * share[1] + c * share[2];
+  // A mix of corners with weights known to 2^-50 strays by less than 2^-48 of the largest coordinate, along every
+  // axis: the next ray's test mixes them all into its t.
+  const double stray = max_component(max(abs(a), max(abs(b), abs(c)))) * 0x1p-48;
+  out.error = {stray, stray, stray};
   const Vec3d flat = unit_or(cross(b - a, c - a), {0, 0, 1});
-  out.geometric_normal = out.shading_normal = to_float(flat);
+  out.geometric_normal = out.shading_normal = flat;
   if (normals) {
     const Vec3d smooth =
         to_double(normals[0]) * share[0] + to_double(normals[1]) * share[1] + to_double(normals[2]) * share[2];
-    out.shading_normal = to_float(unit_or(smooth, flat));
+    out.shading_normal = unit_or(smooth, flat);
   }
   return out;
 }

@@ -3,6 +3,15 @@
 #include <cmath>
 
 namespace tessera {
+namespace {
+
+Vec3d normal_to_world(const Transform& placement, Vec3d local) {
+  const Vec3d n = placement.normal_to_world(local);
+  const Vec3d scaled = n / max_component(abs(n));
+  return scaled / length(scaled);
+}
+
+}  // namespace
 
 SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32_t primitive, const Ray& ray, float t) {
   const Object& o = scene.objects[object];
@@ -12,36 +21,27 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
   const Transform& placement = *o.placement;
   const SurfacePoint local = surface(shape, primitive, placement.to_local(ray), t);
   SurfacePoint world;
-  const Vec3d p = placement.point_to_world(to_double(local.position));
-  world.position = to_float(p);
-  // The local error, carried over; the rounding of p itself; and that of the next ray's way back into local space.
+  world.position = placement.point_to_world(local.position);
+  // The local error, carried over, and the float rounding of the next ray's way back into local space.
   const auto& rows = placement.rows();
   const Transform::Error e = placement.error();
-  const double back = 8 * kUnitRoundoff * (e.condition * max_component(abs(p)) + e.offset);
+  const double back = 8 * kUnitRoundoff * (e.condition * max_component(abs(world.position)) + e.offset);
   for (int i = 0; i < 3; ++i) {
-    double carried = 0;
-    for (int j = 0; j < 3; ++j) carried += std::abs(rows[static_cast<std::size_t>(i * 4 + j)]) * local.error[j];
-    world.error[i] = static_cast<float>(carried + 2 * kUnitRoundoff * std::abs(p[i]) + back);
+    const Vec3d row{rows[i * 4], rows[i * 4 + 1], rows[i * 4 + 2]};
+    world.error[i] = dot(abs(row), local.error) + back;
   }
-  const auto to_world = [&](Vec3 n) {
-    const auto unit = UnitVec3::normalize(placement.normal_to_world(to_double(n)));
-    return unit ? unit->vec() : n;
-  };
-  world.geometric_normal = to_world(local.geometric_normal);
-  world.shading_normal = to_world(local.shading_normal);
+  world.geometric_normal = normal_to_world(placement, local.geometric_normal);
+  world.shading_normal = normal_to_world(placement, local.shading_normal);
   return world;
 }
 
-Vec3 spawn_origin(const SurfacePoint& from, Vec3 toward) {
-  const Vec3 n = from.geometric_normal;
-  const float side = dot(n, toward) < 0 ? -1.0F : 1.0F;
-  // Twice the bound: once for the position, once for the rounding of the moved point.
-  const float distance = 2 * dot(abs(n), from.error);
-  Vec3 origin = from.position + n * (side * distance);
+Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward) {
+  const Vec3d n = dot(from.geometric_normal, toward) < 0 ? -from.geometric_normal : from.geometric_normal;
+  const Vec3d moved = from.position + n * (2 * dot(abs(n), from.error));
+  Vec3 origin = to_float(moved);
   for (int i = 0; i < 3; ++i) {
-    const float away = side * n[i];
-    if (away > 0) origin[i] = std::nextafter(origin[i], kInfinity);
-    if (away < 0) origin[i] = std::nextafter(origin[i], -kInfinity);
+    if (n[i] > 0 && origin[i] <= moved[i]) origin[i] = std::nextafter(origin[i], kInfinity);
+    if (n[i] < 0 && origin[i] >= moved[i]) origin[i] = std::nextafter(origin[i], -kInfinity);
   }
   return origin;
 }

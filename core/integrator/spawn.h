@@ -9,9 +9,9 @@ namespace tessera {
 /// The point of the world where a hit lies, its error bounded there, and its normals on the outer side.
 SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32_t primitive, const Ray& ray, float t);
 
-/// An origin beside the surface, on the side that `toward` points to, so far off that a ray from it never meets
-/// the surface it left: the point is moved along the normal by the error bound of its position, then each
-/// coordinate is rounded away from the surface (Pharr, Jakob & Humphreys, PBRT 4th ed., 6.8.6).
-Vec3 spawn_origin(const SurfacePoint& from, Vec3 toward);
+/// A float origin beside the surface, on the side that `toward` points to, so far off that a ray from it never meets
+/// the surface it left: the point is moved along the normal by twice its error bound, then each coordinate is
+/// rounded away from the surface (after Pharr, Jakob & Humphreys, PBRT 4th ed., 6.8.6).
+Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward);
 
 }  // namespace tessera

@@ -18,9 +18,9 @@ struct Shading {
 namespace {
 
 Shading shading_at(const SurfacePoint& surface, Vec3 direction) {
-  const bool entering = dot(direction, surface.geometric_normal) < 0;
-  const Vec3 flat = entering ? surface.geometric_normal : -surface.geometric_normal;
-  const Vec3 smooth = entering ? surface.shading_normal : -surface.shading_normal;
+  const bool entering = dot(to_double(direction), surface.geometric_normal) < 0;
+  const Vec3 flat = to_float(entering ? surface.geometric_normal : -surface.geometric_normal);
+  const Vec3 smooth = to_float(entering ? surface.shading_normal : -surface.shading_normal);
   // An interpolated normal may point away from a viewer that sees the surface; the flat one never does.
   return {surface, flat, dot(direction, smooth) < 0 ? smooth : flat, -direction, entering};
 }
@@ -47,20 +47,20 @@ Rgb Whitted::radiance(const Ray& ray, const std::optional<Hit>& hit, std::uint32
   const float passed = material.fresnel ? 1 - reflected : 1;
   if (!material.reflect.is_black()) {
     ++counts_.reflection;
-    sum = sum +
-          material.reflect * reflected * follow(spawn_origin(at.surface, at.to_viewer), mirrored(direction, at), depth);
+    sum = sum + material.reflect * reflected *
+                    follow(spawn_origin(at.surface, to_double(at.to_viewer)), mirrored(direction, at), depth);
   }
   if (!material.transmit.is_black())
     if (const auto bent = refract(direction, at.normal, eta)) {
       ++counts_.refraction;
-      sum = sum + material.transmit * passed * follow(spawn_origin(at.surface, direction), *bent, depth);
+      sum = sum + material.transmit * passed * follow(spawn_origin(at.surface, to_double(direction)), *bent, depth);
     }
   return sum;
 }
 
 Rgb Whitted::direct(const Material& material, const Shading& at) {
   Rgb sum;
-  const Vec3 origin = spawn_origin(at.surface, at.to_viewer);
+  const Vec3 origin = spawn_origin(at.surface, to_double(at.to_viewer));
   for (const Light& light : scene_.lights)
     std::visit(
         [&](const auto& source) {

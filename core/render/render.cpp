@@ -59,7 +59,8 @@ class TileRenderer {
     if (!out.primitive_id.empty()) out.primitive_id[pixel] = hit.primitive;
     if (!out.object_id.empty()) out.object_id[pixel] = hit.object;
     if (!out.normal.empty())
-      out.normal[pixel] = world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t).shading_normal;
+      out.normal[pixel] =
+          to_float(world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t).shading_normal);
   }
 
   const RenderContext& context_;

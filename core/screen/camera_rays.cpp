@@ -41,7 +41,7 @@ CameraRays::Sideways CameraRays::sideways(Vec3d point) const {
 }
 
 double CameraRays::stray_pixels(double reach) const {
-  const double half = (width_ + double{height_}) / 2 * pixel_;
+  const double half = 0.5 * pixel_ * width_ + 0.5 * pixel_ * height_;
   // Each float of a ray is off by u of itself. Perspective: the direction's error, at most 2u(1 + half) in length,
   // is seen on the plane at depth 1 enlarged by the direction's own length there. Orthographic: the origin's error,
   // plus the direction's over the way.

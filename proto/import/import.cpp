@@ -1,0 +1,75 @@
+#include "proto/import/import.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <new>
+
+#include "proto/import/broken_file.h"
+#include "proto/import/nff.h"
+
+namespace tessera::proto {
+namespace {
+
+/// Indices are 32 bits wide: a file up to this size can't hold more vertices or corners than that.
+constexpr std::uintmax_t kLargestFile = 4ULL << 30;
+
+[[noreturn]] void fail(std::string_view name, std::string detail) {
+  throw BrokenFile{{{file_place(name, 0), std::move(detail)}}};
+}
+
+/// Reads, and doesn't map: a mapped file that somebody truncates would raise SIGBUS.
+std::string read_whole(const std::filesystem::path& path, std::string_view name) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) fail(name, "The file can't be opened");
+  if (size > kLargestFile) fail(name, "The file is larger than 4 GiB: cut it into parts");
+  std::string bytes(size, '\0');
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) fail(name, "The file can't be read to its end");
+  return bytes;
+}
+
+Imported read(const std::filesystem::path& path, FileFormat format, std::string_view name,
+              const CompanionSource& companions) {
+  const std::string bytes = read_whole(path, name);
+  switch (format) {
+    case FileFormat::nff:
+      return import_nff(bytes, name);
+    case FileFormat::ply:
+    case FileFormat::obj:
+      break;
+  }
+  static_cast<void>(companions);
+  fail(name, "This format can't be read yet");
+}
+
+}  // namespace
+
+Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
+                             const CompanionSource& companions) {
+  try {
+    return read(path, format, display_name, companions);
+  } catch (BrokenFile& broken) {
+    return Problem{ProblemCode::invalid_document, std::string(display_name) + " can't be imported.",
+                   std::move(broken.errors)};
+  } catch (const std::bad_alloc&) {
+    return Problem{
+        ProblemCode::out_of_memory_budget, "There is no memory left to import " + std::string(display_name), {}};
+  } catch (const std::exception& error) {
+    return Problem{ProblemCode::invalid_document,
+                   std::string(display_name) + " can't be imported.",
+                   {{file_place(display_name, 0), error.what()}}};
+  }
+}
+
+std::optional<FileFormat> format_of(std::string_view file_name) {
+  std::string ending(file_name.substr(std::min(file_name.rfind('.'), file_name.size())));
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".obj") return FileFormat::obj;
+  if (ending == ".ply") return FileFormat::ply;
+  if (ending == ".nff") return FileFormat::nff;
+  return std::nullopt;
+}
+
+}  // namespace tessera::proto

@@ -1,0 +1,292 @@
+#include "proto/import/nff.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "proto/import/broken_file.h"
+#include "proto/import/import_notes.h"
+#include "proto/import/mesh_repair.h"
+#include "proto/import/numbers.h"
+#include "proto/import/polygon.h"
+#include "proto/import/text_cursor.h"
+
+namespace tessera::proto {
+namespace {
+
+/// A display value in linear light (IEC 61966-2-1).
+float srgb_to_linear(float v) { return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F); }
+
+Rgb grey(float v) { return {v, v, v}; }
+
+bool in_reach(Vec3 p) { return is_finite(p) && max_component(abs(p)) <= kLargestCoordinate; }
+
+class NffReader {
+ public:
+  NffReader(std::string_view text, std::string_view file_name)
+      : cursor_(text), file_name_(file_name), notes_(file_name) {}
+
+  Imported read() {
+    for (std::string_view entity = cursor_.next(); !entity.empty(); entity = take_entity()) {
+      if (entity == "f" || entity == "s" || entity == "c") finish_mesh();
+      read_entity(entity);
+    }
+    finish_mesh();
+    finish_lights();
+    if (result_.parts.empty()) notes_.add("The file holds no geometry");
+    result_.warnings = notes_.warnings();
+    return std::move(result_);
+  }
+
+ private:
+  struct FileLight {
+    Vec3 position;
+    std::optional<Rgb> color;
+  };
+
+  void read_entity(std::string_view entity) {
+    if (entity == "v") return read_view();
+    if (entity == "b") return read_background();
+    if (entity == "l") return read_light();
+    if (entity == "f") return read_fill();
+    if (entity == "c") return read_cone();
+    if (entity == "s") return read_sphere();
+    if (entity == "p") return read_polygon(false);
+    if (entity == "pp") return read_polygon(true);
+    fail('"' + std::string(entity.substr(0, 40)) + "\" is no NFF entity: one of v b l f c s p pp # is expected here");
+  }
+
+  [[noreturn]] void fail(std::string detail) const {
+    throw BrokenFile{{{file_place(file_name_, cursor_.line()), std::move(detail)}}};
+  }
+
+  /// The entity after the current one; a view looks one token ahead.
+  std::string_view take_entity() { return ahead_.empty() ? cursor_.next() : std::exchange(ahead_, {}); }
+
+  float to_number(std::string_view token) const {
+    if (token.empty()) fail("The file ends where a number is expected");
+    const std::optional<float> number = parse_float(token);
+    if (!number) fail("A number is expected here, not \"" + std::string(token.substr(0, 40)) + '"');
+    return *number;
+  }
+  float number() { return to_number(cursor_.next()); }
+
+  Vec3 vector() {
+    const float x = number(), y = number(), z = number();
+    return {x, y, z};
+  }
+
+  float share(const char* what) {
+    const float value = number();
+    if (!(value >= 0) || !std::isfinite(value)) fail(std::string(what) + " must be a finite number from 0 up");
+    return value;
+  }
+
+  Rgb display_color() {
+    const float r = share("Red"), g = share("Green"), b = share("Blue");
+    return {srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b)};
+  }
+
+  void read_background() { result_.background = display_color(); }
+
+  void read_view() {
+    const std::size_t line = cursor_.line();
+    std::optional<Vec3> from, at, up;
+    std::optional<float> angle;
+    float rows = 512;
+    for (std::string_view key = cursor_.next();; key = cursor_.next()) {
+      if (key == "from") {
+        from = vector();
+      } else if (key == "at") {
+        at = vector();
+      } else if (key == "up") {
+        up = vector();
+      } else if (key == "angle") {
+        angle = number();
+      } else if (key == "hither") {
+        number();
+      } else if (key == "resolution") {
+        number();
+        rows = number();
+      } else {
+        ahead_ = key;
+        break;
+      }
+    }
+    const auto fail_view = [&](const char* why) { throw BrokenFile{{{file_place(file_name_, line), why}}}; };
+    if (!from || !at || !up || !angle) fail_view("A view needs from, at, up and angle");
+    if (!in_reach(*from) || !in_reach(*at) || !is_finite(*up)) fail_view("A view's vectors must be finite");
+    const std::optional<UnitVec3> forward = UnitVec3::normalize(to_double(*at) - to_double(*from));
+    const std::optional<UnitVec3> upward = UnitVec3::normalize(*up);
+    if (!forward || !upward) fail_view("A view's from and at must differ, and its up must not be zero");
+    if (!UnitVec3::normalize(cross(to_double(*forward), to_double(*upward)))) {
+      fail_view("A view's up must not be parallel to its direction");
+    }
+    if (!(*angle > 0 && *angle < 180)) fail_view("A view's angle must lie between 0 and 180 degrees");
+    if (!(rows >= 2 && std::isfinite(rows))) fail_view("A view's resolution must be at least 2 in y");
+    if (result_.camera) notes_.add("A further view takes the place of the one before", line);
+
+    const double half = *angle * std::numbers::pi / 360, n = rows;
+    const auto fov = static_cast<float>(2 * std::atan(std::tan(half) * n / (n - 1)));
+    result_.camera = PerspectiveCamera{{*from, *at, *up}, fov};
+  }
+
+  void read_light() {
+    FileLight light{vector(), std::nullopt};
+    if (!in_reach(light.position)) fail("A light's position must be finite");
+    if (const std::string_view red = cursor_.next_on_line(); !red.empty()) {
+      const Rgb color{to_number(red), number(), number()};
+      if (!is_finite(color) || color.r < 0 || color.g < 0 || color.b < 0) {
+        fail("A light's colour must be finite and not negative");
+      }
+      light.color = color;
+    }
+    lights_.push_back(light);
+  }
+
+  void finish_lights() {
+    if (lights_.empty()) return;
+    const auto each = 1 / std::sqrt(static_cast<float>(lights_.size()));
+    for (const FileLight& light : lights_) {
+      const Rgb intensity = light.color.value_or(grey(each)) * std::numbers::pi_v<float>;
+      result_.lights.push_back(PointLight{light.position, intensity, false});
+    }
+    result_.lights.push_back(AmbientLight{grey(kNffAmbient * each)});
+  }
+
+  void read_fill() {
+    const Rgb color = display_color();
+    const float kd = share("Kd"), ks = share("Ks"), shine = share("Shine"), t = share("T"), ior = number();
+    if (t > 0 && !(ior > 0 && std::isfinite(ior))) fail("A fill that transmits needs an index of refraction above 0");
+    if (!cursor_.next_on_line().empty()) {
+      notes_.add("What follows a fill's eight numbers (a texture, in some dialects) is ignored", cursor_.line());
+      while (!cursor_.next_on_line().empty()) continue;
+    }
+    Material material;
+    material.diffuse = color * kd;
+    material.specular = grey(ks);
+    material.shininess = shine;
+    // Haines: a surface that reflects or transmits spawns reflection rays.
+    material.reflect = grey(ks > 0 || t == 0 ? ks : std::max(0.0F, 1 - t));
+    material.transmit = grey(t);
+    material.ior = t > 0 ? ior : 1;
+    result_.materials.push_back(material);
+  }
+
+  void add_part(Shape shape) {
+    const auto fills = static_cast<std::uint32_t>(result_.materials.size());
+    result_.parts.push_back({std::move(shape), fills == 0 ? std::nullopt : std::optional(fills - 1)});
+  }
+
+  void note_inside() {
+    notes_.add("A negative radius (only the inside visible) counts as positive: both sides are visible",
+               cursor_.line());
+  }
+
+  void read_sphere() {
+    const Vec3 center = vector();
+    float radius = number();
+    if (radius < 0) {
+      note_inside();
+      radius = -radius;
+    }
+    if (!in_reach(center) || !(radius > 0 && radius <= kLargestCoordinate)) {
+      return notes_.add("A sphere with radius 0, or that isn't finite, was dropped", cursor_.line());
+    }
+    add_part(Sphere{center, radius});
+  }
+
+  void read_cone() {
+    const Vec3 base = vector();
+    float base_radius = number();
+    const Vec3 apex = vector();
+    float apex_radius = number();
+    if (base_radius <= 0 && apex_radius <= 0 && base_radius + apex_radius < 0) {
+      note_inside();
+      base_radius = -base_radius;
+      apex_radius = -apex_radius;
+    }
+    const bool has_radii = base_radius >= 0 && apex_radius >= 0 && base_radius + apex_radius > 0 &&
+                           std::max(base_radius, apex_radius) <= kLargestCoordinate;
+    if (!in_reach(base) || !in_reach(apex) || base == apex || !has_radii) {
+      return notes_.add(
+          "A cone or cylinder without length, with radii of 0 or of both signs, or that isn't finite, "
+          "was dropped",
+          cursor_.line());
+    }
+    if (base_radius == apex_radius) {
+      add_part(Cylinder{base, apex, base_radius});
+    } else {
+      add_part(Cone{base, base_radius, apex, apex_radius});
+    }
+  }
+
+  void read_polygon(bool is_patch) {
+    const std::size_t line = cursor_.line();
+    const std::string_view count_token = cursor_.next();
+    const std::optional<std::uint32_t> count = parse_integer<std::uint32_t>(count_token);
+    if (!count)
+      fail("A polygon starts with its number of vertices, not \"" + std::string(count_token.substr(0, 40)) + '"');
+
+    if (mesh_.positions.empty()) mesh_line_ = line;
+    const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
+    for (std::uint32_t i = 0; i < *count; ++i) {
+      mesh_.positions.push_back(vector());
+      mesh_.normals.push_back(is_patch ? vector() : Vec3{});
+    }
+    std::vector<std::uint32_t> corners(*count);
+    std::iota(corners.begin(), corners.end(), first);
+    if (add_polygon(corners, is_patch, line)) {
+      has_patch_ |= is_patch;
+    } else {
+      mesh_.positions.resize(first);
+      mesh_.normals.resize(first);
+    }
+  }
+
+  /// False, with a note, for a polygon that can't be used.
+  bool add_polygon(const std::vector<std::uint32_t>& corners, bool is_patch, std::size_t line) {
+    if (corners.size() < 3) {
+      notes_.add("A polygon with less than 3 vertices was dropped", line);
+      return false;
+    }
+    const Vec3d area = area_vector(mesh_.positions, corners);
+    if (area == Vec3d{}) {
+      notes_.add("A polygon without area was dropped", line);
+      return false;
+    }
+    const Triangulated done = triangulate(mesh_.positions, corners, mesh_.triangles);
+    note_lost_polygon(done, corners.size(), notes_, line);
+    if (done != Triangulated::yes) return false;
+    if (!is_patch) {
+      const Vec3 normal = UnitVec3::normalize(area).value_or(UnitVec3::z());
+      std::fill(mesh_.normals.begin() + corners.front(), mesh_.normals.end(), normal);
+    }
+    return true;
+  }
+
+  void finish_mesh() {
+    TriangleMesh mesh = std::exchange(mesh_, {});
+    if (!std::exchange(has_patch_, false)) mesh.normals.clear();
+    repair_mesh(mesh, notes_, mesh_line_);
+    if (!mesh.triangles.empty()) add_part(std::move(mesh));
+  }
+
+  TextCursor cursor_;
+  std::string_view ahead_;
+  std::string_view file_name_;
+  ImportNotes notes_;
+  Imported result_;
+  std::vector<FileLight> lights_;
+  TriangleMesh mesh_;
+  bool has_patch_ = false;
+  std::size_t mesh_line_ = 0;  ///< Of the mesh's first polygon.
+};
+
+}  // namespace
+
+Imported import_nff(std::string_view text, std::string_view file_name) { return NffReader(text, file_name).read(); }
+
+}  // namespace tessera::proto

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string_view>
+
+#include "proto/import/import.h"
+
+namespace tessera::proto {
+
+/// The radiance of the shadowless light that an NFF scene with n lights gets: this over √n. Haines leaves ambient
+/// light to the renderer.
+inline constexpr float kNffAmbient = 0.25F;
+
+/// Reads the whole of Haines' Neutral File Format 3.1 (v b l f c s p pp #). Throws `BrokenFile`.
+///
+/// - Fills and the background are display values and are decoded from sRGB. A fill becomes a Whitted material: Kd
+///   scales its colour, Ks is white, and T > 0 lets a surface reflect 1 − T when Ks is 0. Entities before the first
+///   fill have no material.
+/// - A light without a colour has irradiance π/√n at every distance, n being the number of lights; one with a colour
+///   π times that.
+/// - `angle` spans the centres of the outer rows of pixels, so the field of view is wider by half a pixel at both
+///   ends of the file's own `resolution`. `hither` is ignored: Haines has it for hidden-surface algorithms.
+/// - Neighbouring p and pp entities make one mesh, with normals if one of them is pp; flat ones then get their
+///   face's. A negative radius, meant to show a surface's inside alone, counts as positive.
+Imported import_nff(std::string_view text, std::string_view file_name);
+
+}  // namespace tessera::proto

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "client/http.h"
+#include "proto/wire/job_status.h"
+#include "proto/wire/sha256.h"
+
+namespace tessera::client {
+
+/// Which picture of a job.
+struct ImageRequest {
+  std::string format = "png";  ///< png, jpeg, exr, hdr.
+  std::string aov{};           ///< Empty: colour.
+  bool partial = false;        ///< Whatever is there already, of a job that still renders.
+};
+
+/// The calls of the HTTP API. Each throws `Failure` (refused, unreachable) when it can't do what it says.
+/// Safe to call from any number of threads.
+class Client {
+ public:
+  explicit Client(ServerAddress address) : address_(std::move(address)) {}
+
+  /// Makes the file's bytes known to the server under their hash. Throws local_file, too.
+  void upload(const std::filesystem::path& file, const proto::ContentHash& hash) const;
+
+  /// Submits a job document.
+  proto::JobStatus submit(const nlohmann::json& job) const;
+
+  proto::JobStatus status(const std::string& id) const;
+
+  /// Asks for the job's status, often at first, then every half second, until it has ended; tells each answer.
+  /// Returns the last.
+  proto::JobStatus watch(const std::string& id, const std::function<void(const proto::JobStatus&)>& tell) const;
+
+  /// The encoded image.
+  std::string fetch(const std::string& id, const ImageRequest& image) const;
+
+  std::vector<proto::JobStatus> list() const;
+  void cancel(const std::string& id) const;
+  void remove(const std::string& id) const;
+
+  /// The plan and the statistics as the server tells them.
+  nlohmann::json plan(const std::string& id) const;
+  nlohmann::json stats(const std::string& id) const;
+
+ private:
+  /// The answer's body when its status is a success; the server's problem, thrown, otherwise.
+  std::string call(HttpRequest request) const;
+
+  ServerAddress address_;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,32 @@
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "client/commands/commands.h"
+#include "client/commands/image_arguments.h"
+
+namespace tessera::client {
+namespace {
+
+struct Fetch {
+  std::string id;
+  ImageArguments image;
+};
+
+}  // namespace
+
+void add_fetch(CLI::App& tool, Session& session) {
+  CLI::App* command = tool.add_subcommand("fetch", "Write a job's image to a file");
+  const auto fetch = std::make_shared<Fetch>();
+  command->add_option("ID", fetch->id, "The job")->required();
+  fetch->image.add_to(*command);
+  command->get_option("--output")->required();
+  command->add_option("--aov", fetch->image.image.aov, "Not the colour, but depth, normal, primitive_id or object_id");
+  command->add_flag("--partial", fetch->image.image.partial, "What is there so far, if the job still renders");
+  command->callback([fetch, &session] {
+    fetch->image.check();
+    fetch->image.save(session.client(), fetch->id);
+  });
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "client/client.h"
+
+namespace CLI {
+class App;
+}
+
+namespace tessera::client {
+
+/// Where an image goes and in which format, as `render` and `fetch` take it.
+struct ImageArguments {
+  std::string output;
+  ImageRequest image{.format = ""};
+
+  void add_to(CLI::App& command);
+
+  /// Settles the format by the output's ending when none is given, and makes sure that the output can be written:
+  /// both are better known before a long wait. Throws `CLI::ValidationError`, `Failure`.
+  void check();
+
+  /// Fetches the image and writes it, whole or not at all.
+  void save(const Client& client, const std::string& id) const;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,50 @@
+#include "client/commands/scene_arguments.h"
+
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "client/failure.h"
+#include "client/scene_files.h"
+
+namespace tessera::client {
+
+void SceneArguments::add_to(CLI::App& command) {
+  command.add_option("SCENE", scene, "A scene or job document (.json), an .obj, .ply or .nff file, or - for stdin")
+      ->required();
+  command.add_option_function<std::string>(
+      "--size",
+      [this](const std::string& text) {
+        options.size = parse_size(text);
+        if (!options.size) throw CLI::ValidationError("--size", "'" + text + "' isn't WIDTHxHEIGHT, like 640x480");
+      },
+      "Image size, like 640x480");
+  command.add_option("--spp", options.samples, "Samples per pixel");
+  command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first");
+  command.add_option("--seed", options.seed, "Seed of the samples");
+  command.add_option("--accel", options.accel, "Acceleration structure: auto, brute, bvh");
+  command.add_option("--screen-bounds", options.screen_bounds, "Use of projected areas: off, flat");
+  command.add_option("--tile-size", options.tile_size, "auto, whole, or a number of pixels");
+  command.add_option("--aov", options.aovs, "Record depth, normal, primitive_id or object_id; several with commas")
+      ->delimiter(',')
+      ->expected(1);
+  command.add_option("--name", options.name, "The job's name in listings; the file's by default");
+}
+
+proto::JobStatus SceneArguments::submit(const Client& client) const {
+  nlohmann::json job = job_document(scene, options);
+  const NamedFiles files = name_files_by_content(job, folder_of(scene));
+  try {
+    for (const LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
+    return client.submit(job);
+  } catch (const Failure& failure) {
+    if (failure.kind() == Failure::Kind::refused) {
+      for (const std::string& path : files.left_to_server)
+        std::cerr << "note: there is no file " << path << " here; it was left to the server to find\n";
+    }
+    throw;
+  }
+}
+
+}  // namespace tessera::client

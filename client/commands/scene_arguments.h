@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "client/client.h"
+#include "client/job_document.h"
+
+namespace CLI {
+class App;
+}
+
+namespace tessera::client {
+
+/// SCENE and the options that shape its job, as `render` and `submit` take them.
+struct SceneArguments {
+  std::string scene;
+  JobOptions options;
+
+  void add_to(CLI::App& command);
+
+  /// Uploads the files that the scene names, then submits the job.
+  proto::JobStatus submit(const Client& client) const;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,22 @@
+#include <iostream>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "client/commands/commands.h"
+#include "client/commands/scene_arguments.h"
+
+namespace tessera::client {
+
+void add_submit(CLI::App& tool, Session& session) {
+  CLI::App* command = tool.add_subcommand("submit", "Submit a scene and print its job's id");
+  const auto scene = std::make_shared<SceneArguments>();
+  scene->add_to(*command);
+  command->callback([scene, &session] {
+    const proto::JobStatus job = scene->submit(session.client());
+    std::cout << (session.json ? proto::to_json(job).dump(2) : job.id) << "\n";
+  });
+}
+
+}  // namespace tessera::client

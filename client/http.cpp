@@ -1,0 +1,181 @@
+#include "client/http.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+
+#include "client/failure.h"
+
+namespace tessera::client {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+constexpr auto kConnectTimeout = std::chrono::seconds(10);
+// Between two pieces of a message. Long, for a server may read a big scene's files before it answers.
+constexpr auto kIdleTimeout = std::chrono::minutes(5);
+constexpr std::string_view kScheme = "http://";
+
+/// A connection whose blocking calls give up in time: asynchronous operations, waited for one by one.
+class Connection {
+ public:
+  explicit Connection(const ServerAddress& address) : address_(address), stream_(io_) {
+    beast::error_code error;
+    asio::ip::tcp::resolver resolver(io_);
+    const auto endpoints = resolver.resolve(address.host, address.port, error);
+    check(error);
+    stream_.expires_after(kConnectTimeout);
+    stream_.async_connect(endpoints, [&](beast::error_code e, const auto&) { error = e; });
+    finish();
+    check(error);
+  }
+
+  /// Sends the request and returns the answer, which may come before all is sent: a refusal needn't wait for the end.
+  template <typename Body>
+  HttpResponse exchange(http::request<Body>& request) {
+    http::request_serializer<Body> serializer(request);
+    if (request[http::field::expect] == "100-continue") {
+      serializer.split(true);
+      send_while(serializer, [&] { return !serializer.is_header_done(); });
+      HttpResponse answer = receive();
+      if (answer.status != static_cast<unsigned>(http::status::continue_)) return answer;
+    }
+    send_while(serializer, [&] { return !serializer.is_done(); });
+    return receive();
+  }
+
+ private:
+  /// Stops quietly when the server ends the connection: it may have refused already.
+  template <typename Serializer, typename Condition>
+  void send_while(Serializer& serializer, Condition condition) {
+    beast::error_code error;
+    while (condition() && !error) {
+      stream_.expires_after(kIdleTimeout);
+      http::async_write_some(stream_, serializer, [&](beast::error_code e, std::size_t) { error = e; });
+      finish();
+    }
+    if (error != asio::error::broken_pipe && error != asio::error::connection_reset) check(error);
+  }
+
+  HttpResponse receive() {
+    http::response_parser<http::string_body> parser;
+    parser.body_limit(std::numeric_limits<std::uint64_t>::max());
+    beast::error_code error;
+    while (!parser.is_done()) {
+      stream_.expires_after(kIdleTimeout);
+      http::async_read_some(stream_, received_, parser, [&](beast::error_code e, std::size_t) { error = e; });
+      finish();
+      check(error);
+    }
+    auto message = parser.release();
+    return {message.result_int(), std::string(message[http::field::retry_after]), std::move(message.body())};
+  }
+
+  void finish() {
+    io_.restart();
+    io_.run();
+  }
+
+  void check(beast::error_code error) const {
+    if (!error) return;
+    const std::string why = error == beast::error::timeout ? "no answer in time" : error.message();
+    throw Failure(Failure::Kind::unreachable, "can't reach " + to_url(address_) + ": " + why);
+  }
+
+  const ServerAddress& address_;
+  asio::io_context io_{1};
+  beast::tcp_stream stream_;
+  beast::flat_buffer received_;
+};
+
+template <typename Body>
+http::request<Body> head_of(const ServerAddress& address, const HttpRequest& request) {
+  http::request<Body> head(http::string_to_verb(request.method), request.target, 11);
+  head.set(http::field::host, to_url(address).substr(kScheme.size()));
+  head.set(http::field::user_agent, "tessera");
+  head.set(http::field::connection, "close");
+  if (!request.content_type.empty()) head.set(http::field::content_type, request.content_type);
+  return head;
+}
+
+http::request<http::string_body> message(const ServerAddress& address, const HttpRequest& request, std::string text) {
+  auto head = head_of<http::string_body>(address, request);
+  head.body() = std::move(text);
+  head.prepare_payload();
+  return head;
+}
+
+http::request<http::file_body> message(const ServerAddress& address, const HttpRequest& request,
+                                       const std::filesystem::path& file) {
+  auto head = head_of<http::file_body>(address, request);
+  beast::error_code error;
+  head.body().open(file.c_str(), beast::file_mode::scan, error);
+  if (error) throw Failure(Failure::Kind::local_file, "can't read " + file.string() + ": " + error.message());
+  head.set(http::field::expect, "100-continue");
+  head.prepare_payload();
+  return head;
+}
+
+}  // namespace
+
+std::optional<ServerAddress> parse_server_url(std::string_view url) {
+  if (!url.starts_with(kScheme)) return std::nullopt;
+  url.remove_prefix(kScheme.size());
+  if (url.ends_with('/')) url.remove_suffix(1);
+
+  ServerAddress address{.host = {}, .port = "80"};
+  if (url.starts_with('[')) {
+    const auto end = url.find(']');
+    if (end == url.npos) return std::nullopt;
+    address.host = url.substr(1, end - 1);
+    url.remove_prefix(end + 1);
+  } else {
+    const auto end = std::min(url.find(':'), url.size());
+    address.host = url.substr(0, end);
+    url.remove_prefix(end);
+  }
+  if (!url.empty()) {
+    if (url.front() != ':') return std::nullopt;
+    address.port = url.substr(1);
+  }
+  const bool is_number = std::ranges::all_of(address.port, [](char c) { return c >= '0' && c <= '9'; });
+  const bool is_host = !address.host.empty() && address.host.find_first_of("/?#@ ") == std::string::npos;
+  if (!is_host || !is_number || address.port.empty() || address.port.size() > 5) return std::nullopt;
+  return address;
+}
+
+std::string to_url(const ServerAddress& address) {
+  const bool is_ipv6 = address.host.find(':') != std::string::npos;
+  return std::string(kScheme) + (is_ipv6 ? "[" + address.host + "]" : address.host) + ":" + address.port;
+}
+
+std::string percent_encode(std::string_view text) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text) {
+    const bool is_unreserved = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                               c == '.' || c == '_' || c == '~' || c == ':';
+    const auto code = static_cast<unsigned char>(c);
+    encoded += is_unreserved ? std::string{c} : std::string{'%', kHex[code >> 4], kHex[code & 15]};
+  }
+  return encoded;
+}
+
+HttpResponse exchange(const ServerAddress& address, HttpRequest request) {
+  return std::visit(
+      [&](auto&& body) {
+        auto outgoing = message(address, request, std::move(body));
+        return Connection(address).exchange(outgoing);
+      },
+      std::move(request.body));
+}
+
+}  // namespace tessera::client

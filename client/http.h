@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace tessera::client {
+
+/// Where a server listens.
+struct ServerAddress {
+  std::string host = "127.0.0.1";
+  std::string port = "8080";
+};
+
+/// Reads "http://host[:port][/]", host possibly an IPv6 address in brackets; the port defaults to 80. Nothing for
+/// anything else, https included.
+std::optional<ServerAddress> parse_server_url(std::string_view url);
+
+/// "http://host:port".
+std::string to_url(const ServerAddress& address);
+
+/// `text` as one segment of a path or one value of a query (RFC 3986).
+std::string percent_encode(std::string_view text);
+
+struct HttpRequest {
+  std::string method;  ///< "GET", "PUT", ...
+  std::string target;  ///< Path and query, encoded.
+  std::string content_type{};
+  std::variant<std::string, std::filesystem::path> body{};  ///< A path streams that file.
+};
+
+struct HttpResponse {
+  unsigned status = 0;
+  std::string retry_after;
+  std::string body;
+};
+
+/// Sends one request over a connection of its own and waits for the answer, of any status. A file is sent only once
+/// the server asks for it (Expect: 100-continue), so that one it knows or refuses isn't sent for nothing. Throws
+/// `Failure` (unreachable, local_file). Safe to call from any number of threads.
+HttpResponse exchange(const ServerAddress& address, HttpRequest request);
+
+}  // namespace tessera::client

@@ -1,0 +1,123 @@
+#include "client/job_document.h"
+
+#include <charconv>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+#include <nlohmann/json.hpp>
+
+#include "client/failure.h"
+#include "client/scene_files.h"
+
+namespace tessera::client {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr const char* kStandardInput = "-";
+
+// More than any server takes; less than would exhaust the stack of a program that walks the document.
+constexpr int kMaxDepth = 1000;
+
+std::ifstream open(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code ignored;
+  if (!file || fs::is_directory(path, ignored)) throw Failure(Failure::Kind::local_file, "can't read " + path);
+  return file;
+}
+
+std::string read_all(const std::string& scene) {
+  std::ifstream file;
+  if (scene != kStandardInput) file = open(scene);
+  return {std::istreambuf_iterator<char>(scene == kStandardInput ? std::cin : file), {}};
+}
+
+json parse(const std::string& text, const std::string& scene) {
+  const auto refuse = [&](const std::string& why) { throw Failure(Failure::Kind::local_file, scene + ": " + why); };
+  const auto guard = [&](int depth, json::parse_event_t, json&) {
+    if (depth > kMaxDepth) refuse("nests deeper than " + std::to_string(kMaxDepth) + " levels");
+    return true;
+  };
+  json document;
+  try {
+    document = json::parse(text, guard);
+  } catch (const json::exception& e) {
+    refuse(std::string("isn't JSON: ") + e.what());
+  }
+  if (!document.is_object()) refuse("is JSON, but no scene or job: those are objects");
+  return document;
+}
+
+/// Lights for a mesh that is seen as the server frames it, from the right and above: one from the other side, so
+/// that shapes stand out, and a little from everywhere.
+json default_lights() {
+  return json::array({{{"type", "directional"}, {"direction", {0.5, -0.9, -0.8}}, {"irradiance", {2.8, 2.8, 2.8}}},
+                      {{"type", "ambient"}, {"radiance", {0.15, 0.15, 0.15}}}});
+}
+
+json scene_around(const std::string& file, const std::string& format) {
+  open(file);  // The server can't find it if it isn't here.
+  const json object{{"type", "file"}, {"path", fs::path(file).filename().string()}};
+  json scene{{"objects", json::array({object})}};
+  if (format != "nff") scene["lights"] = default_lights();
+  return scene;
+}
+
+json tile_size(const std::string& text) {
+  std::uint32_t pixels = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), pixels);
+  if (error != std::errc() || end != text.data() + text.size()) return text;
+  return pixels;
+}
+
+/// A document's member that is to be an object, made when it isn't there. The server refuses what isn't one.
+json* section(json& document, const char* name) {
+  json& member = document[name];
+  if (member.is_null()) member = json::object();
+  return member.is_object() ? &member : nullptr;
+}
+
+void apply_settings(const JobOptions& options, json& settings) {
+  if (options.samples) settings["samples"] = *options.samples;
+  if (options.max_depth) settings["max_depth"] = *options.max_depth;
+  if (options.seed) settings["seed"] = *options.seed;
+  if (options.accel) settings["accel"] = {{"kind", *options.accel}};
+  if (options.screen_bounds) settings["screen_bounds"] = *options.screen_bounds;
+  if (options.tile_size) settings["tile_size"] = tile_size(*options.tile_size);
+  if (!options.aovs.empty()) settings["aovs"] = options.aovs;
+}
+
+}  // namespace
+
+std::optional<JobOptions::Size> parse_size(std::string_view text) {
+  JobOptions::Size size{};
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width);
+  if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
+  const auto height = std::from_chars(width.ptr + 1, end, size.height);
+  if (height.ec != std::errc() || height.ptr != end) return std::nullopt;
+  return size;
+}
+
+json job_document(const std::string& scene, const JobOptions& options) {
+  const std::string format = scene_file_format(scene);
+  json document = format.empty() ? parse(read_all(scene), scene) : scene_around(scene, format);
+  json job = document.contains("scene") ? std::move(document) : json{{"scene", std::move(document)}};
+
+  if (options.name) {
+    job["name"] = *options.name;
+  } else if (!job.contains("name") && scene != kStandardInput) {
+    job["name"] = fs::path(scene).filename().string();
+  }
+  if (options.size) job["image"] = {{"width", options.size->width}, {"height", options.size->height}};
+  if (json* settings = section(job, "settings")) apply_settings(options, *settings);
+  return job;
+}
+
+fs::path folder_of(const std::string& scene) {
+  return scene == kStandardInput ? fs::path() : fs::path(scene).parent_path();
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace tessera::client {
+
+/// What a user says about a job beside its scene. What isn't said is left to the document, then to the server.
+struct JobOptions {
+  struct Size {
+    std::uint32_t width, height;
+  };
+
+  std::optional<std::string> name;  ///< Else the document's, else the file's name.
+  std::optional<Size> size;
+  std::optional<std::uint64_t> samples, max_depth, seed;
+  std::optional<std::string> accel;          ///< A structure's kind.
+  std::optional<std::string> screen_bounds;  ///< off, flat.
+  std::optional<std::string> tile_size;      ///< auto, whole, or a number of pixels.
+  std::vector<std::string> aovs;
+};
+
+/// "640x480"; nothing when it isn't of that form.
+std::optional<JobOptions::Size> parse_size(std::string_view text);
+
+/// The job document for SCENE: a scene or job document (JSON), "-" for one on standard input, or an OBJ, PLY or NFF
+/// file, which is made a scene; OBJ and PLY get lights, as they bring none. The options override the document's.
+/// Throws `Failure` (local_file) when it can't be read or isn't JSON.
+nlohmann::json job_document(const std::string& scene, const JobOptions& options);
+
+/// The folder from which the paths in SCENE are taken.
+std::filesystem::path folder_of(const std::string& scene);
+
+}  // namespace tessera::client

@@ -1,0 +1,93 @@
+#include "client/job_document.h"
+
+#include <nlohmann/json.hpp>
+
+#include "client/failure.h"
+#include "tests/unit/client/temporary_folder.h"
+
+namespace tessera::client {
+namespace {
+
+using nlohmann::json;
+
+class JobDocument : public TemporaryFolder {
+ protected:
+  std::string refusal_of(const std::string& text) const {
+    try {
+      job_document(write("scene.json", text), {});
+      return "";
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
+      return failure.what();
+    }
+  }
+};
+
+TEST_F(JobDocument, WrapsAScene) {
+  const json job = job_document(write("room.json", R"({"objects": []})"), {});
+  EXPECT_EQ(job, json({{"scene", {{"objects", json::array()}}}, {"name", "room.json"}, {"settings", json::object()}}));
+}
+
+TEST_F(JobDocument, KeepsAJobAndOverridesWhatOptionsSay) {
+  const auto path = write("job.json", R"({"scene": "sha256:0", "name": "mine", "image": {"width": 1, "height": 2},
+                                          "settings": {"samples": 4, "jitter": false}})");
+  JobOptions options;
+  options.size = {{640, 480}};
+  options.samples = 16;
+  options.accel = "brute";
+  options.tile_size = "32";
+  options.aovs = {"depth"};
+  const json job = job_document(path, options);
+  EXPECT_EQ(job["name"], "mine");
+  EXPECT_EQ(job["image"], json({{"width", 640}, {"height", 480}}));
+  EXPECT_EQ(job["settings"], json({{"samples", 16},
+                                   {"jitter", false},
+                                   {"accel", {{"kind", "brute"}}},
+                                   {"tile_size", 32},
+                                   {"aovs", {"depth"}}}));
+}
+
+TEST_F(JobDocument, NamesTileSizesAsTheWireDoes) {
+  JobOptions options;
+  options.tile_size = "whole";
+  EXPECT_EQ(job_document(write("scene.json", "{}"), options)["settings"]["tile_size"], "whole");
+}
+
+TEST_F(JobDocument, LightsAMeshButNotAnNffFile) {
+  const auto path = write("some/where/bunny.PLY", "ply");
+  const json mesh = job_document(path, {});
+  EXPECT_EQ(mesh["scene"]["objects"], json::array({{{"type", "file"}, {"path", "bunny.PLY"}}}));
+  EXPECT_EQ(mesh["scene"]["lights"].size(), 2U);
+  EXPECT_EQ(mesh["name"], "bunny.PLY");
+  EXPECT_EQ(folder_of(path), path.parent_path());
+  EXPECT_FALSE(job_document(write("tetra.nff", "v"), {})["scene"].contains("lights"));
+}
+
+TEST_F(JobDocument, RefusesWhatIsNoDocument) {
+  EXPECT_NE(refusal_of("{\"objects\": [}").find("column 14"), std::string::npos) << refusal_of("{\"objects\": [}");
+  EXPECT_NE(refusal_of("[]").find("objects"), std::string::npos);
+  EXPECT_NE(refusal_of("").find("isn't JSON"), std::string::npos);
+  EXPECT_NE(refusal_of(std::string(200000, '[')).find("nests deeper"), std::string::npos);
+  EXPECT_THROW(job_document("/no/such/scene.json", {}), Failure);
+  EXPECT_THROW(job_document("/no/such/mesh.ply", {}), Failure);
+  EXPECT_THROW(job_document(folder_, {}), Failure);
+}
+
+TEST_F(JobDocument, LeavesSettingsOfAWrongTypeToTheServer) {
+  JobOptions options;
+  options.samples = 4;
+  const json job = job_document(write("job.json", R"({"scene": {}, "settings": 3})"), options);
+  EXPECT_EQ(job["settings"], 3);
+}
+
+TEST(ParseSize, TakesTwoNumbers) {
+  const auto size = parse_size("640x480");
+  ASSERT_TRUE(size);
+  EXPECT_EQ(size->width, 640U);
+  EXPECT_EQ(size->height, 480U);
+  for (const char* text : {"", "640", "640x", "x480", "640X480", "640x480x", "-1x2", "1x99999999999", " 1x1"})
+    EXPECT_FALSE(parse_size(text)) << text;
+}
+
+}  // namespace
+}  // namespace tessera::client

@@ -17,7 +17,8 @@ namespace tessera::proto {
 namespace {
 
 /// A display value in linear light (IEC 61966-2-1).
-float srgb_to_linear(float v) { return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F); }
+float decoded(float v) { return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F); }
+Rgb decoded(Rgb c) { return {decoded(c.r), decoded(c.g), decoded(c.b)}; }
 
 Rgb grey(float v) { return {v, v, v}; }
 
@@ -84,12 +85,9 @@ class NffReader {
     return value;
   }
 
-  Rgb display_color() {
-    const float r = share("Red"), g = share("Green"), b = share("Blue");
-    return {srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b)};
-  }
+  Rgb color() { return {share("Red"), share("Green"), share("Blue")}; }
 
-  void read_background() { result_.background = display_color(); }
+  void read_background() { result_.background = decoded(color()); }
 
   void read_view() {
     const std::size_t line = cursor_.line();
@@ -153,11 +151,10 @@ class NffReader {
       const Rgb intensity = light.color.value_or(grey(each)) * std::numbers::pi_v<float>;
       result_.lights.push_back(PointLight{light.position, intensity, false});
     }
-    result_.lights.push_back(AmbientLight{grey(kNffAmbient * each)});
   }
 
   void read_fill() {
-    const Rgb color = display_color();
+    const Rgb fill = color();
     const float kd = share("Kd"), ks = share("Ks"), shine = share("Shine"), t = share("T"), ior = number();
     if (t > 0 && !(ior > 0 && std::isfinite(ior))) fail("A fill that transmits needs an index of refraction above 0");
     if (!cursor_.next_on_line().empty()) {
@@ -165,12 +162,12 @@ class NffReader {
       while (!cursor_.next_on_line().empty()) continue;
     }
     Material material;
-    material.diffuse = color * kd;
-    material.specular = grey(ks);
+    material.diffuse = decoded(fill * kd);
+    material.specular = grey(decoded(ks));
     material.shininess = shine;
     // Haines: a surface that reflects or transmits spawns reflection rays.
-    material.reflect = grey(ks > 0 || t == 0 ? ks : std::max(0.0F, 1 - t));
-    material.transmit = grey(t);
+    material.reflect = grey(decoded(ks > 0 || t == 0 ? ks : std::max(0.0F, 1 - t)));
+    material.transmit = grey(decoded(t));
     material.ior = t > 0 ? ior : 1;
     result_.materials.push_back(material);
   }

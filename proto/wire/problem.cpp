@@ -42,7 +42,8 @@ nlohmann::json to_json(const Problem& problem) {
                       {"detail", problem.detail},
                       {"code", row.name}};
   nlohmann::json& errors = json["errors"] = nlohmann::json::array();
-  for (const FieldError& error : problem.errors) errors.push_back({{"pointer", error.pointer}, {"detail", error.detail}});
+  for (const FieldError& error : problem.errors)
+    errors.push_back({{"pointer", error.pointer}, {"detail", error.detail}});
   return json;
 }
 

@@ -1,0 +1,146 @@
+#include "proto/file_loader.h"
+
+#include <filesystem>
+#include <utility>
+
+namespace tessera::proto {
+namespace {
+
+constexpr std::size_t kLongestPath = 4096;
+
+std::string folder_of(std::string_view path) { return std::filesystem::path(path).parent_path().generic_string(); }
+
+/// The same file under the same key makes the same shapes. MTL libraries stand beside a path, or come with a blob.
+std::string cache_key(const FileReference& reference) {
+  std::string key = reference.file.hash + '\n' + std::to_string(static_cast<int>(reference.format)) + '\n';
+  if (!reference.companions) return key + "in " + folder_of(reference.name);
+  for (const auto& [name, file] : *reference.companions) {
+    key += std::to_string(name.size()) + ':' + name + file.hash;
+  }
+  return key;
+}
+
+std::optional<SourceFile> found(const Result<SourceFile>& file, const JsonCursor& where) {
+  if (file) return *file;
+  where.error(file.problem().detail);
+  return std::nullopt;
+}
+
+std::optional<SourceFile> find_blob(const JsonCursor& value, const FileSource& files) {
+  if (value.kind() != JsonKind::string || !is_content_hash(value.string())) {
+    value.expected("a content hash: \"sha256:\" and 64 hexadecimal digits in lower case");
+    return std::nullopt;
+  }
+  return found(files.blob(ContentHash(value.string())), value);
+}
+
+bool find_companions(const JsonCursor& value, const FileSource& files, std::map<std::string, SourceFile>& out) {
+  if (value.kind() != JsonKind::object) return value.expected("an object of file names and their content hashes");
+  bool good = true;
+  value.each_member([&](std::string_view name, const JsonCursor& hash) {
+    const auto file = find_blob(hash, files);
+    good &= file.has_value();
+    if (file) out.emplace(name, *file);
+  });
+  return good;
+}
+
+}  // namespace
+
+std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
+  fields.call("a file");
+  const auto path = fields.optional("path"), blob = fields.optional("blob"), format_field = fields.optional("format"),
+             companions = fields.optional("companions");
+  if (path.has_value() == blob.has_value()) {
+    fields.value().error("A file needs either \"path\" or \"blob\", and not both.");
+    return std::nullopt;
+  }
+  FileReference reference{fields.value(), {}, {}, {}, {}};
+  bool good =
+      !format_field || read<FileFormat>(format_field, reference.format,
+                                        {{"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}});
+  std::optional<SourceFile> file;
+  if (path) {
+    if (read(path, reference.name, kLongestPath)) file = found(files_.asset(reference.name), *path);
+    if (companions) good = companions->error("\"companions\" go with a blob; a path finds its own beside it.");
+  } else {
+    file = find_blob(*blob, files_);
+    if (file) reference.name = file->hash;
+    reference.companions.emplace();
+    if (companions) good &= find_companions(*companions, files_, *reference.companions);
+  }
+  if (!file || !good) return std::nullopt;
+  reference.file = *file;
+  if (!format_field) {
+    const auto format = path ? format_of(reference.name) : std::nullopt;
+    if (!format) {
+      fields.value().error(std::string("The format can't be told ") + (path ? "by the path's ending" : "of a blob") +
+                           "; add \"format\": \"obj\", \"ply\" or \"nff\".");
+      return std::nullopt;
+    }
+    reference.format = *format;
+  }
+  return reference;
+}
+
+const LoadedFile* FileLoader::load(const FileReference& reference) {
+  const auto [entry, is_new] = loaded_.try_emplace(cache_key(reference));
+  if (is_new) entry->second = import(reference);
+  return entry->second ? &*entry->second : nullptr;
+}
+
+std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(reference.file.path, error);
+  if (!error && size > builder_.bytes_left()) {
+    reference.where.error("The file of " + std::to_string(size) + " bytes is larger than what a scene may still take.");
+    return std::nullopt;
+  }
+
+  LoadedFile loaded;
+  loaded.identity = {reference.file.hash, reference.format, {}};
+  const auto companion = [&](std::string_view name) -> std::optional<std::filesystem::path> {
+    std::optional<SourceFile> file;
+    if (reference.companions) {
+      const auto given = reference.companions->find(std::string(name));
+      if (given != reference.companions->end()) file = given->second;
+    } else {
+      const auto sibling = files_.asset((std::filesystem::path(folder_of(reference.name)) / name).generic_string());
+      if (sibling) file = *sibling;
+    }
+    if (!file) return std::nullopt;
+    loaded.identity.companions.emplace(name, file->hash);
+    return file->path;
+  };
+  Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion);
+  if (!imported) {
+    const Problem& problem = imported.problem();
+    if (problem.errors.empty()) reference.where.error(problem.detail);
+    for (const FieldError& e : problem.errors) reference.where.errors().add(e.pointer, e.detail);
+    return std::nullopt;
+  }
+
+  std::vector<std::uint32_t> materials;
+  for (const Material& material : imported->materials) materials.push_back(builder_.add_material(material));
+  for (ImportedPart& part : imported->parts) {
+    const auto shape = builder_.add_shape(std::move(part.shape), reference.where);
+    if (!shape) return std::nullopt;
+    loaded.parts.push_back({*shape, std::nullopt});
+    if (part.material) loaded.parts.back().material = materials.at(*part.material);
+  }
+  for (SceneWarning& warning : imported->warnings) builder_.warn(std::move(warning));
+  if (loaded.parts.empty()) builder_.warn(reference.where, "The file holds no shapes, so nothing of it is seen.");
+  if (reference.companions) {
+    for (const auto& [name, file] : *reference.companions) {
+      if (!loaded.identity.companions.contains(name)) {
+        builder_.warn(reference.where, "The file doesn't ask for its companion " + in_quotes(name) + ".");
+      }
+    }
+  }
+  loaded.lights = std::move(imported->lights);
+  loaded.background = imported->background;
+  loaded.camera = imported->camera;
+  return loaded;
+}
+
+}  // namespace tessera::proto

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/scene_builder.h"
+#include "proto/scene_hash.h"
+
+namespace tessera::proto {
+
+/// The file that an object of the document names, found but not read yet.
+struct FileReference {
+  JsonCursor where;
+  std::string name;  ///< The path, or the blob's hash.
+  SourceFile file;
+  FileFormat format;
+  std::optional<std::map<std::string, SourceFile>> companions;  ///< Given with a blob; a path has its siblings.
+};
+
+/// A file whose shapes and materials are in the scene.
+struct LoadedFile {
+  FileIdentity identity;
+  std::vector<ScenePart> parts;
+  std::vector<Light> lights;  ///< These three are NFF's.
+  std::optional<Rgb> background;
+  std::optional<Camera> camera;
+};
+
+/// Brings files into a scene, each once however often the document names it.
+class FileLoader {
+ public:
+  FileLoader(const FileSource& files, SceneBuilder& builder) : files_(files), builder_(builder) {}
+
+  /// Reads the fields of a file object and finds the file; nothing, with errors, when that fails.
+  std::optional<FileReference> find(JsonFields& fields) const;
+
+  /// Imports the file into the scene, or gives what an earlier call made of it. Nothing when it is broken or goes
+  /// beyond a limit: the errors are said on the first call. Lives as long as the loader.
+  const LoadedFile* load(const FileReference& reference);
+
+ private:
+  std::optional<LoadedFile> import(const FileReference& reference);
+
+  const FileSource& files_;
+  SceneBuilder& builder_;
+  std::map<std::string, std::optional<LoadedFile>> loaded_;
+};
+
+}  // namespace tessera::proto

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "core/math/rgb.h"
+#include "core/math/unit_vec3.h"
+#include "proto/json_cursor.h"
+
+namespace tessera::proto {
+
+/// Within ±kLargestCoordinate, so that no square of a length overflows.
+extern const NumberRange kCoordinate;
+
+// Readers of small vectors, by the rules of the readers in json_cursor.h.
+bool read(std::optional<JsonCursor> value, Vec3& out, const NumberRange& range);
+bool read_color(std::optional<JsonCursor> value, Rgb& out, const NumberRange& range);
+
+/// Any length but zero.
+bool read_direction(std::optional<JsonCursor> value, UnitVec3& out);
+
+}  // namespace tessera::proto

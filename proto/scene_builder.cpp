@@ -1,0 +1,114 @@
+#include "proto/scene_builder.h"
+
+#include <utility>
+
+namespace tessera::proto {
+namespace {
+
+constexpr std::uint32_t kUnused = 0xFFFFFFFF;
+
+std::uint64_t shape_bytes(const Shape& shape) {
+  const auto* mesh = std::get_if<TriangleMesh>(&shape);
+  if (mesh == nullptr) return sizeof(Shape);
+  return sizeof(Shape) + (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +
+         mesh->triangles.size() * sizeof(TriangleIndices);
+}
+
+void drop_unplaced_shapes(Scene& scene) {
+  std::vector<std::uint32_t> moved_to(scene.shapes.size(), kUnused);
+  for (const Object& object : scene.objects) moved_to[object.shape] = 0;
+  std::uint32_t kept = 0;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    if (moved_to[i] == kUnused) continue;
+    if (kept != i) scene.shapes[kept] = std::move(scene.shapes[i]);
+    moved_to[i] = kept++;
+  }
+  scene.shapes.resize(kept);
+  for (Object& object : scene.objects) object.shape = moved_to[object.shape];
+}
+
+}  // namespace
+
+std::uint32_t SceneBuilder::add_material(const Material& material) {
+  scene_.materials.push_back(material);
+  return static_cast<std::uint32_t>(scene_.materials.size() - 1);
+}
+
+std::uint32_t SceneBuilder::default_material() {
+  if (!default_material_) default_material_ = add_material(Material{});
+  return *default_material_;
+}
+
+std::optional<std::uint32_t> SceneBuilder::add_shape(Shape shape, const JsonCursor& where) {
+  if (!take(shape_bytes(shape), where)) return std::nullopt;
+  if (primitive_count(shape) == 0) warn(where, "The mesh has no triangles, so nothing of it is seen.");
+  shape_bounds_.push_back(bounds(shape));
+  scene_.shapes.push_back(std::move(shape));
+  return static_cast<std::uint32_t>(scene_.shapes.size() - 1);
+}
+
+bool SceneBuilder::add_object(const Object& object, const JsonCursor& where) {
+  if (scene_.objects.size() >= limits_.max_objects) {
+    return where.error("The scene has more than " + std::to_string(limits_.max_objects) +
+                       " objects with files and instances expanded; join small meshes, or place fewer instances.");
+  }
+  const std::uint64_t primitives = primitive_count(scene_.shapes[object.shape]);
+  if (primitives > limits_.max_primitives - primitives_) {
+    return where.error("The scene has more than " + std::to_string(limits_.max_primitives) +
+                       " primitives with instances counted; place fewer of them.");
+  }
+  if (!stays_within_coordinates(object)) {
+    return where.error("The transform takes the object beyond coordinates of 1e18; scale it down or move it nearer.");
+  }
+  if (!take(sizeof(Object), where)) return false;
+  primitives_ += primitives;
+  scene_.objects.push_back(object);
+  return true;
+}
+
+void SceneBuilder::warn(const JsonCursor& where, std::string detail) {
+  if (scene_.warnings.size() >= kMaxWarnings) {
+    ++warnings_left_out_;
+  } else {
+    scene_.warnings.push_back({where.document().pointer(where.index(), document_.index()), std::move(detail)});
+  }
+}
+
+void SceneBuilder::warn(SceneWarning warning) {
+  if (scene_.warnings.size() >= kMaxWarnings) {
+    ++warnings_left_out_;
+  } else {
+    scene_.warnings.push_back(std::move(warning));
+  }
+}
+
+Scene SceneBuilder::finish() && {
+  if (warnings_left_out_ > 0) {
+    scene_.warnings.push_back({"", "There are " + std::to_string(warnings_left_out_) + " more warnings."});
+  }
+  drop_unplaced_shapes(scene_);
+  return std::move(scene_);
+}
+
+bool SceneBuilder::take(std::uint64_t bytes, const JsonCursor& where) {
+  if (bytes > bytes_left()) {
+    return where.error("The scene takes more than " + std::to_string(limits_.max_scene_bytes) +
+                       " bytes of memory from here on; use smaller meshes, or instances of one mesh.");
+  }
+  bytes_ += bytes;
+  return true;
+}
+
+bool SceneBuilder::stays_within_coordinates(const Object& object) const {
+  const Aabb& local = shape_bounds_[object.shape];
+  if (!object.placement || local.empty()) return true;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p =
+        object.placement->point_to_world({corner & 1 ? local.hi.x : local.lo.x,  //
+                                          corner & 2 ? local.hi.y : local.lo.y, corner & 4 ? local.hi.z : local.lo.z});
+    if (!(max_component(abs(p)) <= kLargestCoordinate)) return false;
+  }
+  return true;
+}
+
+}  // namespace tessera::proto

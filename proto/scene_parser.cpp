@@ -1,0 +1,268 @@
+#include "proto/scene_parser.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "proto/file_loader.h"
+#include "proto/read_camera.h"
+#include "proto/read_light.h"
+#include "proto/read_material.h"
+#include "proto/read_shape.h"
+#include "proto/read_transform.h"
+#include "proto/read_values.h"
+#include "proto/scene_builder.h"
+#include "proto/scene_hash.h"
+
+namespace tessera::proto {
+namespace {
+
+constexpr std::size_t kNamesInMessage = 10;
+
+const std::initializer_list<Choice<ShapeType>> kShapeTypes{
+    {"mesh", ShapeType::mesh}, {"sphere", ShapeType::sphere},    {"cylinder", ShapeType::cylinder},
+    {"cone", ShapeType::cone}, {"disk", ShapeType::disk},        {"quad", ShapeType::quad},
+    {"file", ShapeType::file}, {"instance", ShapeType::instance}};
+
+using Members = std::vector<std::pair<std::string_view, JsonCursor>>;
+
+/// Sorted by key: what becomes of them may not depend on the order in which they are written.
+Members sorted_members(const JsonCursor& object) {
+  Members members;
+  object.each_member([&](std::string_view key, JsonCursor value) { members.emplace_back(key, value); });
+  std::ranges::stable_sort(members, {}, [](const auto& member) { return member.first; });
+  return members;
+}
+
+template <typename T>
+std::string names_in(const std::map<std::string_view, T>& table) {
+  if (table.empty()) return "there are none";
+  std::string names = "there are ";
+  std::size_t count = 0;
+  for (const auto& [name, value] : table) {
+    if (count == kNamesInMessage) return names + " and " + std::to_string(table.size() - count) + " more";
+    names += (count++ == 0 ? "" : ", ") + in_quotes(name);
+  }
+  return names;
+}
+
+/// Looks up the name that stands at `value` in the section `section` of the document.
+template <typename T>
+const T* find_named(const JsonCursor& value, const std::map<std::string_view, T>& table, std::string_view section) {
+  if (value.kind() != JsonKind::string) {
+    value.expected("the name of one of \"" + std::string(section) + "\"");
+    return nullptr;
+  }
+  const auto found = table.find(value.string());
+  if (found != table.end()) return &found->second;
+  if (!value.errors().full()) {
+    value.error("Nothing in \"" + std::string(section) + "\" is named " + in_quotes(value.string()) + ": " +
+                names_in(table) + ".");
+  }
+  return nullptr;
+}
+
+class SceneParser {
+ public:
+  SceneParser(const JsonCursor& document, const FileSource& files, const Limits& limits)
+      : document_(document), errors_(document.errors()), builder_(document, limits), loader_(files, builder_) {}
+
+  std::optional<ParsedScene> parse() {
+    JsonFields fields(document_, "a scene");
+    const auto objects = fields.required("objects");
+    const auto background = fields.optional("background"), camera = fields.optional("camera");
+    read_materials(fields.optional("materials"));
+    read_lights(fields.optional("lights"));
+    read_geometries(fields.optional("geometries"));
+    read_objects(objects);
+    read_color(background, builder_.background(), kNotNegative);
+    if (camera) builder_.camera() = read_camera(*camera);
+    fields.refuse_unknown();
+    if (!errors_.empty()) return std::nullopt;
+    warn_of_unplaced_geometries();
+    return ParsedScene{std::make_shared<const Scene>(std::move(builder_).finish()), scene_hash(document_, identities_)};
+  }
+
+ private:
+  struct Geometry {
+    JsonCursor where;
+    std::optional<std::vector<ScenePart>> parts;  // nothing when it has errors, which are said already
+  };
+
+  void read_materials(const std::optional<JsonCursor>& section) {
+    if (!section) return;
+    if (section->kind() != JsonKind::object) {
+      section->expected("an object of names and materials");
+      return;
+    }
+    for (const auto& [name, value] : sorted_members(*section)) {
+      if (errors_.full()) return;
+      materials_.emplace(name, builder_.add_material(read_material(value).value_or(Material{})));
+    }
+  }
+
+  void read_lights(const std::optional<JsonCursor>& section) {
+    if (!section) return;
+    if (section->kind() != JsonKind::array) {
+      section->expected("an array of lights");
+      return;
+    }
+    for (const JsonCursor& value : section->elements()) {
+      if (errors_.full()) return;
+      if (const auto light = read_light(value)) builder_.lights().push_back(*light);
+    }
+  }
+
+  void read_geometries(const std::optional<JsonCursor>& section) {
+    if (!section) return;
+    if (section->kind() != JsonKind::object) {
+      section->expected("an object of names and shapes");
+      return;
+    }
+    for (const auto& [name, value] : sorted_members(*section)) {
+      if (errors_.full()) return;
+      geometries_.emplace(name, Geometry{value, read_geometry(value)});
+    }
+  }
+
+  std::optional<std::vector<ScenePart>> read_geometry(const JsonCursor& value) {
+    JsonFields fields(value, "a geometry");
+    const auto type_field = fields.required("type");
+    ShapeType type{};
+    if (!type_field || !read(type_field, type, kShapeTypes)) return std::nullopt;
+    if (type == ShapeType::instance) {
+      type_field->error("A geometry can't be an instance of another; place both in \"objects\".");
+      return std::nullopt;
+    }
+    std::optional<std::vector<ScenePart>> parts;
+    if (type != ShapeType::file) {
+      parts = inline_part(type, fields);
+    } else if (const auto reference = loader_.find(fields)) {
+      if (reference->format == FileFormat::nff) {
+        value.error(
+            "An NFF file brings its own lights and camera, so it can't be a geometry; place it in \"objects\".");
+      } else if (const LoadedFile* file = load(*reference)) {
+        parts = file->parts;
+      }
+    }
+    fields.refuse_unknown();
+    return parts;
+  }
+
+  void read_objects(const std::optional<JsonCursor>& section) {
+    if (!section) return;
+    if (section->kind() != JsonKind::array) {
+      section->expected("an array of objects");
+      return;
+    }
+    for (const JsonCursor& value : section->elements()) {
+      if (errors_.full()) return;
+      read_object(value);
+    }
+  }
+
+  void read_object(const JsonCursor& value) {
+    JsonFields fields(value, "an object");
+    const auto type_field = fields.required("type");
+    ShapeType type{};
+    if (!type_field || !read(type_field, type, kShapeTypes)) return;
+    const auto material_field = fields.optional("material"), transform_field = fields.optional("transform");
+    const std::uint32_t* material = material_field ? find_named(*material_field, materials_, "materials") : nullptr;
+    const auto placement = transform_field ? read_transform(*transform_field) : std::nullopt;
+
+    if (type == ShapeType::instance) {
+      fields.call("an instance");
+      const auto of = fields.required("of");
+      const Geometry* geometry = of ? find_named(*of, geometries_, "geometries") : nullptr;
+      if (geometry != nullptr) placed_.insert(of->string());
+      if (geometry != nullptr && geometry->parts) place(*geometry->parts, material, placement, value);
+    } else if (type != ShapeType::file) {
+      if (const auto parts = inline_part(type, fields)) place(*parts, material, placement, value);
+    } else if (const auto reference = loader_.find(fields)) {
+      if (reference->format == FileFormat::nff) {
+        read_nff(*reference, material_field, transform_field);
+      } else if (const LoadedFile* file = load(*reference)) {
+        place(file->parts, material, placement, value);
+      }
+    }
+    fields.refuse_unknown();
+  }
+
+  /// A whole scene in a file: also its lights, and its camera and background where the document has none.
+  void read_nff(const FileReference& reference, const std::optional<JsonCursor>& material,
+                const std::optional<JsonCursor>& transform) {
+    constexpr std::string_view kWhy = "An NFF file is a scene of its own, with lights, camera and materials; ";
+    if (material) material->error(std::string(kWhy) + "leave \"material\" out.");
+    if (transform) transform->error(std::string(kWhy) + "leave \"transform\" out.");
+    if (has_nff_) reference.where.error(std::string(kWhy) + "a scene takes only one.");
+    if (material || transform || has_nff_) return;
+    has_nff_ = true;
+    const LoadedFile* file = load(reference);
+    if (file == nullptr) return;
+    place(file->parts, nullptr, std::nullopt, reference.where);
+    auto& lights = builder_.lights();
+    lights.insert(lights.end(), file->lights.begin(), file->lights.end());
+    // The document's own come later and override these.
+    builder_.background() = file->background.value_or(Rgb{});
+    builder_.camera() = file->camera;
+  }
+
+  const LoadedFile* load(const FileReference& reference) {
+    const LoadedFile* file = loader_.load(reference);
+    if (file != nullptr) identities_[reference.where.index()] = &file->identity;
+    return file;
+  }
+
+  std::optional<std::vector<ScenePart>> inline_part(ShapeType type, JsonFields& fields) {
+    auto read = read_inline_shape(type, fields);
+    if (!read) return std::nullopt;
+    if (read->dropped.total() > 0) {
+      builder_.warn(fields.value(), "Dropped " + std::to_string(read->dropped.total()) + " triangles: " +
+                                        std::to_string(read->dropped.not_finite) + " with coordinates beyond 1e18, " +
+                                        std::to_string(read->dropped.degenerate) + " with two corners at one place.");
+    }
+    const auto shape = builder_.add_shape(std::move(read->shape), fields.value());
+    if (!shape) return std::nullopt;
+    return std::vector{ScenePart{*shape, std::nullopt}};
+  }
+
+  /// `material` overrides those of the parts.
+  void place(const std::vector<ScenePart>& parts, const std::uint32_t* material,
+             const std::optional<Transform>& placement, const JsonCursor& where) {
+    for (const ScenePart& part : parts) {
+      std::uint32_t shown = 0;
+      if (material != nullptr) {
+        shown = *material;
+      } else {
+        shown = part.material ? *part.material : builder_.default_material();
+      }
+      if (!builder_.add_object({part.shape, shown, placement}, where)) return;
+    }
+  }
+
+  void warn_of_unplaced_geometries() {
+    for (const auto& [name, geometry] : geometries_) {
+      if (!placed_.contains(name)) builder_.warn(geometry.where, "No object places this geometry.");
+    }
+  }
+
+  JsonCursor document_;
+  FieldErrors& errors_;
+  SceneBuilder builder_;
+  FileLoader loader_;
+  FileIdentities identities_;
+  std::map<std::string_view, std::uint32_t> materials_;
+  std::map<std::string_view, Geometry> geometries_;
+  std::set<std::string_view> placed_;  // geometries
+  bool has_nff_ = false;
+};
+
+}  // namespace
+
+std::optional<ParsedScene> read_scene(const JsonCursor& document, const FileSource& files, const Limits& limits) {
+  return SceneParser(document, files, limits).parse();
+}
+
+}  // namespace tessera::proto

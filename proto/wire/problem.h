@@ -18,6 +18,7 @@ enum class ProblemCode {
   method_not_allowed,
   not_acceptable,
   image_not_ready,
+  plan_not_ready,
   job_still_active,
   job_already_ended,
   payload_too_large,

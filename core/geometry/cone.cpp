@@ -24,9 +24,10 @@ double largest_radius(const Cone& cone) { return std::max(cone.base_radius, cone
 /// What rounds (ε = 2^-53, R the larger radius). The origin is moved along the ray twice. First to where the ray
 /// passes the cone's middle, known to 4·ε·M: nothing is lost to a camera far away. Then, no farther than the cone
 /// reaches, to where |u| is least, hence at most the √2·R of a point on the cone: nothing is lost to a cone much
-/// longer or flatter than it is wide. The discriminant Q(u,v)² − Q(u,u)·Q(v,v) is taken from the minors of (u, v),
+/// flatter or longer than it is wide. The discriminant Q(u,v)² − Q(u,u)·Q(v,v) is taken from the minors of (u, v),
 /// to which it is equal, since their errors are proportional to themselves. That leaves x·x − ρ² = 0 met to
-/// kFormError·R², which `bounds` allows for; away from a tip it is some ε·R across the surface, at a tip 2^-24·R.
+/// kFormError·R²: across the surface some ε·R away from a tip, up to 2^-24·R at a tip, which `bounds` allows for.
+/// (Cones more than 1e5 times as long as wide lose up to 1e-10 of their length.)
 std::optional<Root> first_root(const Cone& cone, const Ray& ray) {
   const Vec3d d = to_double(ray.direction);
   const Vec3d base = to_double(cone.base) - to_double(ray.origin);
@@ -73,8 +74,8 @@ std::optional<Root> first_root(const Cone& cone, const Ray& ray) {
   return std::nullopt;
 }
 
-/// Of R², see above: u and v have components of at most √2·R each in units where |t·v| ≤ 2·R, every product of the
-/// form rounds a handful of times, and there are three of them: 2^-48 is twice what that adds up to.
+/// Of R², see above. The squares of u and t·v are at most 2·R² and 4·R², and each of the form's three products and
+/// their discriminant rounds a handful of times: up to 11·ε is seen, 32·ε allowed.
 constexpr double kFormError = 0x1p-48;
 
 }  // namespace

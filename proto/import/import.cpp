@@ -7,6 +7,7 @@
 
 #include "proto/import/broken_file.h"
 #include "proto/import/nff.h"
+#include "proto/import/ply.h"
 
 namespace tessera::proto {
 namespace {
@@ -37,6 +38,7 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
     case FileFormat::nff:
       return import_nff(bytes, name);
     case FileFormat::ply:
+      return import_ply(bytes, name);
     case FileFormat::obj:
       break;
   }

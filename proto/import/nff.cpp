@@ -27,7 +27,7 @@ bool in_reach(Vec3 p) { return is_finite(p) && max_component(abs(p)) <= kLargest
 class NffReader {
  public:
   NffReader(std::string_view text, std::string_view file_name)
-      : cursor_(text), file_name_(file_name), notes_(file_name) {}
+      : cursor_(text, '#'), file_name_(file_name), notes_(file_name) {}
 
   Imported read() {
     for (std::string_view entity = cursor_.next(); !entity.empty(); entity = take_entity()) {

@@ -10,7 +10,8 @@ namespace tessera::proto {
 ///
 /// - NFF predates linear light: its numbers were chosen for what they show on a display. So the background, a fill's
 ///   colour times Kd, Ks and T are each decoded from sRGB, and a term alone looks as its author saw it. Ks is white;
-///   T > 0 lets a surface reflect 1 − T when Ks is 0. Entities before the first fill have no material. No ambient light.
+///   T > 0 lets a surface reflect 1 − T when Ks is 0. Entities before the first fill have no material. No ambient
+///   light.
 /// - A light without a colour has irradiance π/√n at every distance, n being the number of lights; one with a colour
 ///   π times that.
 /// - `angle` spans the centres of the outer rows of pixels, so the field of view is wider by half a pixel at both

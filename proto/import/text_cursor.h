@@ -9,7 +9,9 @@ namespace tessera::proto {
 /// skipped. The text must outlive the cursor and its tokens.
 class TextCursor {
  public:
-  explicit TextCursor(std::string_view text, char comment = '#', std::size_t first_line = 1)
+  static constexpr char kNoComment = '\n';
+
+  explicit TextCursor(std::string_view text, char comment, std::size_t first_line = 1)
       : at_(text.data()), end_(text.data() + text.size()), comment_(comment), line_(first_line) {}
 
   /// The next token; empty at the end of the text.
@@ -23,6 +25,9 @@ class TextCursor {
     skip_blanks(false);
     return token();
   }
+
+  /// What hasn't been read.
+  std::string_view rest() const { return {at_, static_cast<std::size_t>(end_ - at_)}; }
 
   /// The line of the last token, or where the cursor stopped for lack of one; the first is 1.
   std::size_t line() const { return line_; }

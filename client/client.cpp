@@ -1,6 +1,7 @@
 #include "client/client.h"
 
 #include <algorithm>
+#include <iterator>
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -102,11 +103,15 @@ std::string Client::fetch(const std::string& id, const ImageRequest& image) cons
 }
 
 std::vector<proto::JobStatus> Client::list() const {
-  const json document = parse(call({.method = "GET", .target = "/v1/jobs"}), "list of jobs");
-  const auto jobs = document.is_object() ? document.find("jobs") : document.end();
-  if (jobs == document.end() || !jobs->is_array()) throw not_understood("list of jobs");
   std::vector<proto::JobStatus> statuses;
-  std::ranges::transform(*jobs, std::back_inserter(statuses), status_of);
+  std::string after;
+  do {
+    const json page = parse(call({.method = "GET", .target = "/v1/jobs?limit=1000" + after}), "list of jobs");
+    if (!page.is_object() || !page.value("jobs", json()).is_array()) throw not_understood("list of jobs");
+    std::ranges::transform(page["jobs"], std::back_inserter(statuses), status_of);
+    const std::string next = text_of(page, "next");
+    after = next.empty() ? "" : "&after=" + percent_encode(next);
+  } while (!after.empty());
   return statuses;
 }
 

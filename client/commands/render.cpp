@@ -19,6 +19,7 @@ struct Render {
 
   void run(Session& session) {
     image.check();
+    if (image.image.format == "exr" && !scene.options.aovs.empty()) image.image.aov = "all";
     const Client client = session.client();
     const proto::JobStatus submitted = scene.submit(client);
     std::cerr << "job " << submitted.id << "\n";

@@ -1,0 +1,282 @@
+#!/usr/bin/env python3
+"""Makes the demo scene in a folder: scene.json and the meshes that it names. The same bytes every time.
+
+Usage: make_scene.py FOLDER
+
+A floor of tesserae, the little stones of a mosaic, on an island in an empty sky: every stone is an instance of one
+bevelled mesh. Around it columns, an OBJ file with materials of its own, again as instances; on it a mirror, a glass
+ball and a golden knot.
+"""
+
+import json
+import math
+import pathlib
+import random
+import sys
+
+FLOOR_RADIUS = 5.0
+STONE = 0.25  # side of a stone, with its share of the joint
+
+
+def ply(positions, faces):
+    """An ascii PLY file."""
+    head = ["ply", "format ascii 1.0", f"element vertex {len(positions)}"]
+    head += [f"property float {axis}" for axis in "xyz"]
+    head += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    body = [" ".join(f"{c:.4f}" for c in p) for p in positions]
+    body += [f"{len(face)} " + " ".join(map(str, face)) for face in faces]
+    return "\n".join(head + body) + "\n"
+
+
+def bevelled_stone():
+    """A unit square stone with its upper edges cut; its underside is never seen."""
+    levels = [(0.5, 0.0), (0.5, 0.75), (0.42, 1.0)]
+    positions = [(h * x, y, h * z) for h, y in levels for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    faces = [
+        (low + (i + 1) % 4, low + i, low + 4 + i, low + 4 + (i + 1) % 4) for low in (0, 4) for i in range(4)
+    ]
+    return positions, faces + [(11, 10, 9, 8)]
+
+
+def torus_knot(windings=(2, 3), radius=1.0, tube=0.27, along=240, around=24):
+    """A tube along a torus knot, swept by the curve's own frame towards the torus's axis."""
+    p, q = windings
+
+    def curve(u):
+        r = radius * (1 + 0.42 * math.cos(q * u))
+        return (r * math.cos(p * u), r * math.sin(p * u), radius * 0.55 * math.sin(q * u))
+
+    positions, faces = [], []
+    for i in range(along):
+        u = 2 * math.pi * i / along
+        here, ahead = curve(u), curve(u + 1e-4)
+        tangent = unit([b - a for a, b in zip(here, ahead)])
+        out = unit(cross(tangent, (math.cos(p * u), math.sin(p * u), 0.3)))
+        side = cross(tangent, out)
+        for j in range(around):
+            v = 2 * math.pi * j / around
+            positions.append(
+                tuple(c + tube * (math.cos(v) * o + math.sin(v) * s) for c, o, s in zip(here, out, side))
+            )
+            a, b = i * around + j, i * around + (j + 1) % around
+            c, d = (a + around) % (along * around), (b + around) % (along * around)
+            faces += [(a, c, d), (a, d, b)]
+    return positions, faces
+
+
+def unit(v):
+    norm = math.sqrt(sum(c * c for c in v))
+    return [c / norm for c in v]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def column_obj(height=2.6, radius=0.24, flutes=12):
+    """A fluted shaft of marble between rings of bronze."""
+    lines = ["mtllib column.mtl"]
+    count = 0
+
+    def sweep(name, material, profile, radius_at, sides):
+        """A surface of rings: (radius's factor, y) from bottom to top, closed above."""
+        nonlocal count
+        lines.extend([f"g {name}", f"usemtl {material}"])
+        first = count + 1
+        for factor, y in profile:
+            for k in range(sides):
+                angle = 2 * math.pi * k / sides
+                r = radius_at(angle) * factor
+                lines.append(f"v {r * math.cos(angle):.4f} {y:.4f} {r * math.sin(angle):.4f}")
+        for level in range(len(profile) - 1):
+            for k in range(sides):
+                a, b = first + level * sides + k, first + level * sides + (k + 1) % sides
+                lines.append(f"f {a} {a + sides} {b + sides} {b}")
+        top = first + (len(profile) - 1) * sides
+        lines.append("f " + " ".join(str(top + k) for k in reversed(range(sides))))
+        count += len(profile) * sides
+
+    def fluted(angle):
+        return radius * (1 - 0.1 * abs(math.sin(flutes * angle / 2)))
+
+    sweep("shaft", "marble", [(1.0, 0.2), (0.97, height * 0.6), (0.84, height - 0.2)], fluted, flutes * 8)
+    sweep("base", "bronze", [(1.5, 0.0), (1.5, 0.1), (1.3, 0.14), (1.12, 0.22)], lambda _: radius, 48)
+    sweep("capital", "bronze", [(0.9, height - 0.22), (1.45, height - 0.06), (1.45, height)], lambda _: radius, 48)
+    return "\n".join(lines) + "\n"
+
+
+COLUMN_MTL = """newmtl marble
+Kd 0.86 0.84 0.78
+Ks 0.12 0.12 0.12
+Ns 30
+illum 2
+
+newmtl bronze
+Kd 0.30 0.19 0.09
+Ks 0.50 0.36 0.20
+Ns 60
+illum 2
+"""
+
+
+def whitted(diffuse, specular=0.0, shininess=1, reflect=0.0):
+    def rgb(value):
+        return [value] * 3 if isinstance(value, (int, float)) else value
+
+    return {
+        "type": "whitted",
+        "diffuse": diffuse,
+        "specular": rgb(specular),
+        "shininess": shininess,
+        "reflect": rgb(reflect),
+    }
+
+
+PALETTE = {
+    "ivory": [0.78, 0.72, 0.58],
+    "sand": [0.66, 0.50, 0.30],
+    "terracotta": [0.52, 0.16, 0.08],
+    "teal": [0.05, 0.27, 0.29],
+    "navy": [0.03, 0.07, 0.19],
+}
+
+
+def materials():
+    stones = {name: whitted(colour, 0.15, 40, 0.04) for name, colour in PALETTE.items()}
+    return {
+        **stones,
+        "mortar": {"type": "diffuse", "color": [0.30, 0.28, 0.25]},
+        "rock": {"type": "diffuse", "color": [0.33, 0.25, 0.20]},
+        "dark rock": {"type": "diffuse", "color": [0.20, 0.15, 0.13]},
+        "mirror": {"type": "mirror", "color": [0.92, 0.93, 0.95]},
+        "glass": {"type": "dielectric", "ior": 1.5},
+        "gold": whitted([0.42, 0.25, 0.05], [0.9, 0.6, 0.2], 90, [0.35, 0.24, 0.08]),
+        "coral": {"type": "phong", "diffuse": [0.70, 0.14, 0.08], "specular": [0.5, 0.5, 0.5], "shininess": 80},
+    }
+
+
+def stone_colour(radius, angle):
+    """The mosaic's picture: rings as borders, within them waves that wind around the middle."""
+    if radius > 4.55:
+        return "navy" if radius > 4.8 else "ivory"
+    if radius > 4.3:
+        return "terracotta"
+    if radius < 0.3:
+        return "terracotta"
+    phase = (angle * 8 / (2 * math.pi) + 1.1 * math.log(radius) * 1.6) % 1.0
+    crest = 0.5 + 0.5 * math.sin(2 * math.pi * phase)
+    if crest > 0.86:
+        return "ivory"
+    if crest > 0.62:
+        return "sand"
+    return "teal" if crest > 0.30 else "navy"
+
+
+def stones(rng):
+    """Rings of stones around the middle, laid by a hand that isn't quite steady."""
+    rings = int(FLOOR_RADIUS / STONE)
+    for ring in range(rings):
+        radius = (ring + 0.5) * STONE
+        count = max(5, round(2 * math.pi * radius / STONE))
+        width = 2 * math.pi * radius / count
+        for k in range(count):
+            angle = 2 * math.pi * (k + 0.5 * (ring % 2)) / count
+            yield {
+                "type": "instance",
+                "of": "stone",
+                "material": stone_colour(radius, angle + rng.uniform(-0.02, 0.02)),
+                "transform": {
+                    "scale": [round(width * 0.9, 4), 0.07, STONE * 0.9],
+                    "rotate": {"axis": [0, 1, 0], "degrees": round(90 - math.degrees(angle) + rng.uniform(-3, 3), 2)},
+                    "translate": [
+                        round(radius * math.cos(angle), 4),
+                        round(rng.uniform(-0.02, 0.0), 4),
+                        round(radius * math.sin(angle), 4),
+                    ],
+                },
+            }
+
+
+def island():
+    """What carries the floor: a rim, and rock that narrows downwards."""
+    yield {"type": "disk", "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 5.0, "material": "mortar"}
+    yield {"type": "cylinder", "base": [0, -0.35, 0], "apex": [0, 0.03, 0], "radius": 5.12, "material": "rock"}
+    tiers = [(5.1, -0.35), (3.9, -1.3), (2.3, -2.4), (0.0, -4.6)]
+    for (upper, y), (lower, below) in zip(tiers, tiers[1:]):
+        yield {
+            "type": "cone",
+            "base": [0, y, 0],
+            "base_radius": upper,
+            "apex": [0, below, 0],
+            "apex_radius": lower,
+            "material": "dark rock",
+        }
+
+
+def columns():
+    """Ten around the far side; the near side is open to the eye."""
+    for k in range(10):
+        angle = math.radians(150 + k * 27)
+        x, z = round(4.25 * math.cos(angle), 4), round(4.25 * math.sin(angle), 4)
+        yield {"type": "instance", "of": "column", "transform": {"translate": [x, 0.05, z]}}
+        yield {"type": "sphere", "center": [x, 2.83, z], "radius": 0.2, "material": "coral"}
+
+
+def centre():
+    """The things that the floor is for."""
+    yield {"type": "sphere", "center": [-1.35, 1.25, -0.4], "radius": 1.2, "material": "mirror"}
+    yield {"type": "sphere", "center": [1.05, 0.8, 1.65], "radius": 0.75, "material": "glass"}
+    yield {
+        "type": "instance",
+        "of": "knot",
+        "material": "gold",
+        "transform": {"rotate": {"axis": [0, 1, 0], "degrees": 20}, "translate": [1.5, 1.75, -1.2]},
+    }
+
+
+def scene():
+    return {
+        "background": [0.36, 0.53, 0.78],
+        "camera": {"type": "perspective", "from": [4.6, 5.0, 11.6], "at": [0, 0.35, 0], "up": [0, 1, 0], "fov": 36},
+        "lights": [
+            {"type": "directional", "direction": [0.62, -1.0, -0.55], "irradiance": [2.75, 2.5, 2.1]},
+            {"type": "ambient", "radiance": [0.16, 0.19, 0.25]},
+        ],
+        "materials": materials(),
+        "geometries": {
+            "stone": {"type": "file", "path": "stone.ply"},
+            "column": {"type": "file", "path": "column.obj"},
+            "knot": {"type": "file", "path": "knot.ply"},
+        },
+        "objects": [*island(), *columns(), *centre(), *stones(random.Random(7))],
+    }
+
+
+def compact(document):
+    """JSON with a line for each object, so that the file can be read and its changes compared."""
+    lines = []
+    for key, value in document.items():
+        if isinstance(value, dict):
+            rows = [f"{json.dumps(name)}: {json.dumps(item)}" for name, item in value.items()]
+            lines.append(f"{json.dumps(key)}: {{\n    " + ",\n    ".join(rows) + "\n  }")
+        elif value and isinstance(value[0], dict):
+            lines.append(f"{json.dumps(key)}: [\n    " + ",\n    ".join(map(json.dumps, value)) + "\n  ]")
+        else:
+            lines.append(f"{json.dumps(key)}: {json.dumps(value)}")
+    return "{\n  " + ",\n  ".join(lines) + "\n}\n"
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    folder = pathlib.Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "stone.ply").write_text(ply(*bevelled_stone()))
+    (folder / "knot.ply").write_text(ply(*torus_knot()))
+    (folder / "column.obj").write_text(column_obj())
+    (folder / "column.mtl").write_text(COLUMN_MTL)
+    (folder / "scene.json").write_text(compact(scene()))
+
+
+if __name__ == "__main__":
+    main()

@@ -26,6 +26,14 @@ std::optional<SourceFile> found(const Result<SourceFile>& file, const JsonCursor
   return std::nullopt;
 }
 
+std::optional<SourceFile> find_asset(const std::string& path, const JsonCursor& where, const FileSource& files) {
+  if (path.empty()) {
+    where.expected("a path below the asset root");
+    return std::nullopt;
+  }
+  return found(files.asset(path), where);
+}
+
 std::optional<SourceFile> find_blob(const JsonCursor& value, const FileSource& files) {
   if (value.kind() != JsonKind::string || !is_content_hash(value.string())) {
     value.expected("a content hash: \"sha256:\" and 64 hexadecimal digits in lower case");
@@ -61,7 +69,7 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
                                         {{"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}});
   std::optional<SourceFile> file;
   if (path) {
-    if (read(path, reference.name, kLongestPath)) file = found(files_.asset(reference.name), *path);
+    if (read(path, reference.name, kLongestPath)) file = find_asset(reference.name, *path, files_);
     if (companions) good = companions->error("\"companions\" go with a blob; a path finds its own beside it.");
   } else {
     file = find_blob(*blob, files_);

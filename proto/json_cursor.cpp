@@ -148,8 +148,8 @@ bool read(std::optional<JsonCursor> value, std::string& out, std::size_t longest
   const auto characters = [](std::string_view text) {
     return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
   };
-  if (value->kind() != JsonKind::string || value->string().empty() || characters(value->string()) > longest) {
-    return value->expected("a string of 1 to " + std::to_string(longest) + " characters");
+  if (value->kind() != JsonKind::string || characters(value->string()) > longest) {
+    return value->expected("a string of at most " + std::to_string(longest) + " characters");
   }
   out = value->string();
   return true;

@@ -125,7 +125,7 @@ bool read(std::optional<JsonCursor> value, bool& out);
 bool read(std::optional<JsonCursor> value, std::uint64_t& out, std::uint64_t lo, std::uint64_t hi);
 bool read(std::optional<JsonCursor> value, std::uint32_t& out, std::uint32_t lo, std::uint32_t hi);
 
-/// A string of one to `longest` characters (Unicode code points).
+/// A string of at most `longest` characters (Unicode code points).
 bool read(std::optional<JsonCursor> value, std::string& out, std::size_t longest);
 
 template <typename T>

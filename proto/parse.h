@@ -16,12 +16,12 @@ namespace tessera::proto {
 
 /// What a document may ask for at most. Beyond it is `invalid_document` with the pointer, never an allocation.
 struct Limits {
-  std::uint32_t max_depth = 64;                       ///< Nesting of JSON arrays and objects.
-  std::uint64_t max_pixels = 1ULL << 26;              ///< width × height.
-  std::uint64_t max_samples = 1ULL << 36;             ///< width × height × samples.
-  std::uint64_t max_primitives = 0xFFFFFFFEULL;       ///< With instances counted.
-  std::uint64_t max_scene_bytes = 4ULL << 30;         ///< core's `memory_bytes` of the scene.
-  std::uint64_t max_objects = 1ULL << 26;             ///< After files and instances are expanded.
+  std::uint32_t max_depth = 64;                  ///< Nesting of JSON arrays and objects.
+  std::uint64_t max_pixels = 1ULL << 26;         ///< width × height.
+  std::uint64_t max_samples = 1ULL << 36;        ///< width × height × samples.
+  std::uint64_t max_primitives = 0xFFFFFFFEULL;  ///< With instances counted.
+  std::uint64_t max_scene_bytes = 4ULL << 30;    ///< core's `memory_bytes` of the scene.
+  std::uint64_t max_objects = 1ULL << 26;        ///< After files and instances are expanded.
 };
 
 struct ParsedScene {

@@ -11,6 +11,12 @@ namespace {
 
 using Rows = std::array<double, 12>;
 
+/// Whether the element may stand there in a 4x4 matrix: its last row is fixed.
+bool is_affine(const JsonCursor& element, double number, std::size_t position) {
+  if (position < 12 || number == (position == 15 ? 1 : 0)) return true;
+  return element.error("The last row of a 4x4 matrix must be 0, 0, 0, 1; numbers stand row by row.");
+}
+
 bool read_rows(JsonCursor value, Rows& rows) {
   if (value.size() != 12 && value.size() != 16) {
     return value.expected(
@@ -19,11 +25,11 @@ bool read_rows(JsonCursor value, Rows& rows) {
   std::array<double, 16> numbers{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   bool good = true;
   std::size_t i = 0;
-  for (const JsonCursor& element : value.elements()) good &= read(element, numbers[i++]);
-  if (!good) return false;
-  if (numbers[12] != 0 || numbers[13] != 0 || numbers[14] != 0 || numbers[15] != 1) {
-    return value.error("The last row must be 0, 0, 0, 1: no perspective. Numbers stand row by row.");
+  for (const JsonCursor& element : value.elements()) {
+    good &= read(element, numbers[i]) && is_affine(element, numbers[i], i);
+    ++i;
   }
+  if (!good) return false;
   std::copy_n(numbers.begin(), rows.size(), rows.begin());
   return true;
 }

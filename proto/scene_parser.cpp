@@ -141,7 +141,7 @@ class SceneParser {
       parts = inline_part(type, fields);
     } else if (const auto reference = loader_.find(fields)) {
       if (reference->format == FileFormat::nff) {
-        value.error(
+        fields.optional("format").value_or(value).error(
             "An NFF file brings its own lights and camera, so it can't be a geometry; place it in \"objects\".");
       } else if (const LoadedFile* file = load(*reference)) {
         parts = file->parts;

@@ -1,0 +1,85 @@
+#include "server/config.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+namespace tessera::server {
+namespace {
+
+/// Environment variable of a flag: "--max-body" is TESSERA_MAX_BODY.
+std::string variable_of(std::string_view flag) {
+  std::string name = "TESSERA_";
+  for (const char c : flag.substr(2))
+    name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+std::filesystem::path default_data_dir() {
+  if (const char* data = std::getenv("XDG_DATA_HOME"); data && *data) return std::filesystem::path(data) / "tessera";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return std::filesystem::path(home) / ".local" / "share" / "tessera";
+  return "tessera-data";
+}
+
+/// CLI11 knows paths as strings only.
+struct Paths {
+  std::string data_dir = default_data_dir().string();
+  std::string asset_root;
+};
+
+void declare_flags(CLI::App& app, Config& config, Paths& paths) {
+  const auto flag = [&app](const std::string& name, auto& value, const std::string& help) {
+    return app.add_option(name, value, help)->envname(variable_of(name))->capture_default_str();
+  };
+  const auto size = [&flag](const std::string& name, std::uint64_t& value, const std::string& help) {
+    flag(name, value, help + " (bytes, or with a unit: 64MiB)")->transform(CLI::AsSizeValue(true));
+  };
+  app.set_config("--config", "", "A file of `flag = value` lines")->envname("TESSERA_CONFIG");
+  flag("--host", config.host, "Address to listen on");
+  flag("--port", config.port, "Port to listen on; 0 takes any free one");
+  flag("--threads", config.threads, "Threads that render; 0 takes one per core");
+  flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept");
+  flag("--asset-root", paths.asset_root, "Folder whose files scenes may name by path; none without it");
+  flag("--log-level", config.log_level, "trace, debug, info, warn, error or off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  flag("--timeout", config.timeout, "Seconds for a request's header and for each piece of a body")
+      ->check(CLI::Range(1U, 3600U));
+  size("--max-body", config.max_body, "Largest JSON document");
+  size("--max-blob", config.max_blob, "Largest uploaded file");
+  size("--max-bodies", config.max_bodies, "All JSON documents in flight together");
+  flag("--max-jobs", config.max_jobs, "Most jobs that haven't ended");
+  size("--max-film-memory", config.max_film_memory, "Images of all jobs together");
+  size("--scene-cache", config.scene_cache, "Parsed scenes to keep");
+  size("--structure-cache", config.structure_cache, "Built structures to keep");
+  flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image");
+  flag("--max-samples", config.documents.max_samples, "Most samples of an image");
+  size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene");
+  app.add_flag("--print-routes", config.print_routes, "Print the routes that are served and leave")
+      ->configurable(false);
+}
+
+}  // namespace
+
+std::variant<Config, int> parse_config(int argc, const char* const* argv) {
+  Config config;
+  Paths paths;
+  CLI::App app("tesserad: renders scenes that come in over HTTP", "tesserad");
+  app.set_version_flag("--version", std::string(TESSERA_VERSION));
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  declare_flags(app, config, paths);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  }
+  if (config.threads == 0) config.threads = std::max(1U, std::thread::hardware_concurrency());
+  config.data_dir = paths.data_dir;
+  if (!paths.asset_root.empty()) config.asset_root = paths.asset_root;
+  return config;
+}
+
+}  // namespace tessera::server

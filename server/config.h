@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "proto/parse.h"
+
+namespace tessera::server {
+
+/// Everything that can be set about the daemon. Sizes are bytes.
+struct Config {
+  std::string host = "127.0.0.1";
+  std::uint16_t port = 8080;  ///< 0: any free one.
+  unsigned threads = 0;       ///< That render; at least 1 once `parse_config` has run.
+  std::filesystem::path data_dir;
+  std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.
+  std::string log_level = "info";
+
+  unsigned timeout = 30;                       ///< Seconds for a request's header, and for each piece of a body.
+  std::uint64_t max_body = 256ULL << 20;       ///< Of one JSON document.
+  std::uint64_t max_blob = 8ULL << 30;         ///< Of one uploaded file.
+  std::uint64_t max_bodies = 1ULL << 30;       ///< Of all JSON documents held at once.
+  std::uint32_t max_jobs = 1000;               ///< Jobs that haven't ended.
+  std::uint64_t max_film_memory = 4ULL << 30;  ///< Of the images of all jobs that haven't been deleted.
+  std::uint64_t scene_cache = 2ULL << 30;      ///< Parsed scenes kept for the next job.
+  std::uint64_t structure_cache = 4ULL << 30;  ///< Built structures kept for the next job.
+  proto::Limits documents;
+
+  bool print_routes = false;  ///< Print the table of routes and leave.
+};
+
+/// Reads flags, then environment (TESSERA_PORT for --port, and so on), then the file that --config names; the
+/// first that sets a value wins. An unknown flag or an unknown key of the file is an error. An exit status when
+/// the program should leave at once: help was asked for (0), or something was wrong, and has been told on stderr.
+std::variant<Config, int> parse_config(int argc, const char* const* argv);
+
+}  // namespace tessera::server

@@ -1,0 +1,118 @@
+#include <charconv>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "core/scene/frame_scene.h"
+#include "proto/parse.h"
+#include "server/blob_store.h"
+#include "server/config.h"
+#include "server/handlers/handlers.h"
+#include "server/job_runner.h"
+#include "server/job_table.h"
+#include "server/scene_store.h"
+
+namespace tessera::server {
+using proto::Problem;
+using proto::ProblemCode;
+
+namespace {
+
+constexpr std::size_t kDefaultListed = 100;
+constexpr std::size_t kMostListed = 1000;
+
+Problem malformed(std::string detail) { return {ProblemCode::malformed_request, std::move(detail), {}}; }
+
+nlohmann::json status_json(const JobView& job) { return to_json(status_of(job, JobTimes::Clock::now())); }
+
+/// A problem of the scene that a job names: where in the job's document it stands.
+Problem at_scene(const Problem& problem) {
+  Problem moved{ProblemCode::invalid_document, "The scene that this job names can't be used.", problem.errors};
+  if (moved.errors.empty()) moved.errors.push_back({"/scene", problem.detail});
+  return moved;
+}
+
+proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job) {
+  if (auto* parsed = std::get_if<proto::ParsedScene>(&job.scene)) return scenes.share(std::move(*parsed));
+  auto found = scenes.find(std::get<proto::ContentHash>(job.scene));
+  if (!found) return at_scene(found.problem());
+  return found;
+}
+
+/// An image that wouldn't fit if there were no other: waiting doesn't help.
+std::optional<Problem> refuse_size(const Settings& settings, const Config& config) {
+  const std::uint64_t bytes = Film::memory_bytes(settings.width, settings.height, settings.aovs);
+  if (bytes <= config.max_film_memory) return std::nullopt;
+  return Problem{
+      ProblemCode::invalid_document,
+      "The image is too large for this server.",
+      {{"/image", "Its " + std::to_string(bytes) + " bytes exceed the " + std::to_string(config.max_film_memory) +
+                      " that the server has for images; ask for fewer pixels or AOVs."}}};
+}
+
+std::optional<std::size_t> read_limit(const Request& request) {
+  const auto text = request.query("limit");
+  if (!text) return kDefaultListed;
+  std::size_t limit = 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), limit);
+  if (error != std::errc() || end != text->data() + text->size() || limit < 1 || limit > kMostListed)
+    return std::nullopt;
+  return limit;
+}
+
+}  // namespace
+
+Response post_job(Services& services, Request& request) {
+  auto job = proto::parse_job(request.body, services.blobs, services.config.documents);
+  if (!job) return problem_response(job.problem());
+  if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
+  const auto scene = scene_of(services.scenes, *job);
+  if (!scene) return problem_response(scene.problem());
+
+  const JobOrder order{job->name, scene->hash, scene->scene->warnings.size(), job->settings};
+  const auto admitted = services.jobs.add(order);
+  if (!admitted) return problem_response(admitted.problem());
+  const std::optional<Camera>& camera = job->camera ? job->camera : scene->scene->camera;
+  services.runner.start(*admitted, order, scene->scene, camera ? *camera : frame_scene(*scene->scene));
+
+  const auto view = services.jobs.find(admitted->id);
+  Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());
+  response.headers.emplace_back("Location", "/v1/jobs/" + admitted->id);
+  return response;
+}
+
+Response list_jobs(Services& services, Request& request) {
+  const auto limit = read_limit(request);
+  if (!limit) return problem_response(malformed("limit is a number from 1 to " + std::to_string(kMostListed) + "."));
+  const auto state_name = request.query("state");
+  const auto state = state_name ? proto::job_state(*state_name) : std::nullopt;
+  if (state_name && !state)
+    return problem_response(malformed("state is one of queued, preparing, rendering, completed, failed and canceled."));
+
+  auto jobs = services.jobs.list(request.query("after").value_or(""), *limit + 1, state);
+  nlohmann::json body{{"jobs", nlohmann::json::array()}};
+  if (jobs.size() > *limit) {
+    jobs.pop_back();
+    body["next"] = jobs.back().id;
+  }
+  for (const JobView& job : jobs) body["jobs"].push_back(status_json(job));
+  return json_response(200, body);
+}
+
+Response show_job(Services& services, Request& request) {
+  const auto job = services.jobs.find(request.parameter);
+  return job ? json_response(200, status_json(*job)) : problem_response(job.problem());
+}
+
+Response cancel_job(Services& services, Request& request) {
+  const auto job = services.jobs.cancel(request.parameter);
+  return job ? json_response(202, status_json(*job)) : problem_response(job.problem());
+}
+
+Response delete_job(Services& services, Request& request) {
+  if (const auto problem = services.jobs.remove(request.parameter)) return problem_response(*problem);
+  return {204, {}, ""};
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,40 @@
+#include <cstdint>
+
+#include <nlohmann/json.hpp>
+
+#include "core/geometry/shape.h"
+#include "server/handlers/handlers.h"
+#include "server/scene_store.h"
+
+namespace tessera::server {
+namespace {
+
+nlohmann::json describe(const proto::ParsedScene& parsed) {
+  const Scene& scene = *parsed.scene;
+  std::uint64_t primitives = 0;
+  for (const Object& object : scene.objects) primitives += primitive_count(scene.shapes[object.shape]);
+  nlohmann::json warnings = nlohmann::json::array();
+  for (const SceneWarning& warning : scene.warnings)
+    warnings.push_back({{"pointer", warning.pointer}, {"detail", warning.detail}});
+  return {{"scene", parsed.hash},
+          {"objects", scene.objects.size()},
+          {"primitives", primitives},
+          {"warnings", std::move(warnings)}};
+}
+
+}  // namespace
+
+Response post_scene(Services& services, Request& request) {
+  const auto put = services.scenes.put(request.body);
+  if (!put) return problem_response(put.problem());
+  Response response = json_response(put->known ? 200 : 201, describe(put->scene));
+  response.headers.emplace_back("Location", "/v1/scenes/" + put->scene.hash);
+  return response;
+}
+
+Response describe_scene(Services& services, Request& request) {
+  const auto scene = services.scenes.find(request.parameter);
+  return scene ? json_response(200, describe(*scene)) : problem_response(scene.problem());
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,101 @@
+#include "server/job.h"
+
+#include <algorithm>
+#include <ctime>
+
+namespace tessera::server {
+namespace {
+
+std::string rfc3339(std::chrono::system_clock::time_point time) {
+  const auto since_epoch = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
+  const std::time_t seconds = since_epoch / 1000;
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char day_and_time[32], text[48];
+  std::strftime(day_and_time, sizeof day_and_time, "%Y-%m-%dT%H:%M:%S", &parts);
+  std::snprintf(text, sizeof text, "%s.%03dZ", day_and_time, static_cast<int>(since_epoch % 1000));
+  return text;
+}
+
+std::uint64_t samples_of(const Settings& settings) {
+  return std::uint64_t{settings.width} * settings.height * settings.samples;
+}
+
+/// Seconds to go, if the rays still to be traced cost as much as those that were. Samples of empty tiles cost
+/// next to nothing, so they don't count.
+std::optional<double> eta(const JobView& job, JobTimes::Clock::time_point now) {
+  if (job.state != proto::JobState::rendering) return std::nullopt;
+  const std::uint64_t done = job.progress->rays().camera;
+  if (done == 0) return std::nullopt;
+  const std::chrono::duration<double> spent = now - *job.times.rendering;
+  return spent.count() * static_cast<double>(job.plan->camera_rays - done) / static_cast<double>(done);
+}
+
+}  // namespace
+
+void Progress::add_tile(const RayCounts& rays, std::uint64_t samples) {
+  camera_ += rays.camera;
+  camera_hits_ += rays.camera_hits;
+  reflection_ += rays.reflection;
+  refraction_ += rays.refraction;
+  shadow_ += rays.shadow;
+  camera_skipped_ += rays.camera_skipped;
+  samples_ += samples;
+  tiles_.fetch_add(1, std::memory_order_release);
+}
+
+RayCounts Progress::rays() const {
+  RayCounts counts;
+  counts.camera = camera_;
+  counts.camera_hits = camera_hits_;
+  counts.reflection = reflection_;
+  counts.refraction = refraction_;
+  counts.shadow = shadow_;
+  counts.camera_skipped = camera_skipped_;
+  return counts;
+}
+
+PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings) {
+  PlanReport report{};
+  report.accel = plan.accel;
+  report.accel_because = plan.accel_because;
+  report.needs_structure = needs_structure(plan);
+  report.tiles = plan.tiling.tiles.size();
+  report.smallest_tile = report.tiles == 0 ? 0 : samples_of(settings);
+  for (const Tile& tile : plan.tiling.tiles) {
+    const auto pixels = static_cast<std::uint64_t>(tile.rect.area());
+    report.smallest_tile = std::min(report.smallest_tile, pixels);
+    report.largest_tile = std::max(report.largest_tile, pixels);
+    if (tile.first_level == FirstLevel::nothing) ++report.tiles_empty;
+    if (tile.first_level == FirstLevel::candidates) ++report.tiles_with_candidates;
+    if (tile.first_level != FirstLevel::nothing) report.camera_rays += pixels * settings.samples;
+  }
+  report.objects = scene.objects.size();
+  report.objects_on_screen = plan.tiling.objects_on_screen;
+  report.primitives = plan.primitives;
+  report.skips = plan.skips;
+  return report;
+}
+
+proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) {
+  const std::chrono::duration<double> elapsed = job.times.ended.value_or(now) - job.times.queued;
+  proto::JobStatus status;
+  status.id = job.id;
+  status.name = job.order->name;
+  status.state = job.state;
+  status.scene = job.order->scene_hash;
+  status.width = job.order->settings.width;
+  status.height = job.order->settings.height;
+  status.tiles_done = job.progress->tiles();
+  status.tiles_total = job.plan ? job.plan->tiles : 0;
+  status.samples_done = job.progress->samples();
+  status.samples_total = samples_of(job.order->settings);
+  status.elapsed = elapsed.count();
+  status.eta = eta(job, now);
+  status.created = rfc3339(job.times.created);
+  status.error = job.error;
+  status.warnings = job.order->warnings;
+  return status;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/film/film.h"
+#include "core/integrator/ray_counts.h"
+#include "core/plan/plan.h"
+#include "core/scene/settings.h"
+#include "proto/wire/job_status.h"
+#include "proto/wire/sha256.h"
+#include "server/structure_cache.h"
+
+namespace tessera::server {
+
+/// What render threads add to while a job runs, and everyone may read.
+class Progress {
+ public:
+  void add_tile(const RayCounts& rays, std::uint64_t samples);
+
+  /// Exact once the job is completed; while it runs, the figures may be of different moments.
+  RayCounts rays() const;
+  std::uint64_t tiles() const { return tiles_.load(std::memory_order_acquire); }
+  std::uint64_t samples() const { return samples_; }
+
+ private:
+  std::atomic<std::uint64_t> camera_{0}, camera_hits_{0}, reflection_{0}, refraction_{0}, shadow_{0};
+  std::atomic<std::uint64_t> camera_skipped_{0}, samples_{0}, tiles_{0};
+};
+
+/// What a plan came to: kept when the plan itself, with its tiles, is gone.
+struct PlanReport {
+  AccelKind accel;
+  std::string accel_because;
+  bool needs_structure;
+  std::uint64_t tiles, tiles_empty, tiles_with_candidates;
+  std::uint64_t smallest_tile, largest_tile;  ///< In pixels.
+  std::uint64_t objects, objects_on_screen;
+  std::uint64_t primitives;
+  std::uint64_t camera_rays;  ///< That will be traced: samples in tiles that aren't empty.
+  std::vector<Skip> skips;
+};
+PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings);
+
+/// What a job asked for, settled: never changes.
+struct JobOrder {
+  std::string name;
+  proto::ContentHash scene_hash;
+  std::uint64_t warnings;  ///< Of the scene.
+  Settings settings;
+};
+
+/// The structure that a job traces, in figures.
+struct StructureUse {
+  AccelKind kind;
+  AccelStats stats;
+  double build_seconds;  ///< Of whoever built it.
+  bool shared;           ///< Another job had it built.
+};
+
+/// When a job reached its states; absent for one that it hasn't reached, or skipped by ending early.
+struct JobTimes {
+  using Clock = std::chrono::steady_clock;
+  std::chrono::system_clock::time_point created;
+  Clock::time_point queued;
+  std::optional<Clock::time_point> preparing, rendering, ended;
+};
+
+/// A job, as one moment shows it.
+struct JobView {
+  std::string id;
+  std::shared_ptr<const JobOrder> order;
+  proto::JobState state = proto::JobState::queued;
+  JobTimes times;
+  std::string error;                       ///< Why it failed; empty otherwise.
+  std::shared_ptr<const PlanReport> plan;  ///< Once it has been made.
+  std::optional<StructureUse> structure;   ///< Once it has been built, if the plan needs one.
+  std::shared_ptr<const Film> film;        ///< Once it renders, and as long as the job isn't deleted.
+  std::shared_ptr<const Progress> progress;
+};
+
+/// What `GET /v1/jobs/{id}` says of it at `now`.
+proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now);
+
+}  // namespace tessera::server

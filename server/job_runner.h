@@ -1,0 +1,42 @@
+#pragma once
+
+#include <exception>
+#include <memory>
+#include <optional>
+
+#include "core/scene/scene.h"
+#include "server/job_table.h"
+#include "server/scheduler.h"
+#include "server/structure_cache.h"
+
+namespace tessera::server {
+
+/// Takes jobs through their states on the scheduler's threads: plan, structure, tiles. Whatever goes wrong on the
+/// way fails the job and nothing else. Safe to call from any number of threads.
+class JobRunner {
+ public:
+  JobRunner(Scheduler& scheduler, StructureCache& structures, JobTable& jobs)
+      : scheduler_(scheduler), structures_(structures), jobs_(jobs) {}
+
+  /// Starts a job that the table has admitted, for this scene seen through this camera.
+  void start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
+             const Camera& camera);
+
+  unsigned threads() const { return scheduler_.threads(); }
+
+ private:
+  struct Run;
+
+  void prepare(const std::shared_ptr<Run>& run);
+  void render(const std::shared_ptr<Run>& run, std::optional<StructureUse> structure);
+  void render_one_tile(Run& run, std::size_t index);
+  /// Runs a step of a job; an exception fails the job.
+  template <typename Step>
+  void guard(const Run& run, Step step);
+
+  Scheduler& scheduler_;
+  StructureCache& structures_;
+  JobTable& jobs_;
+};
+
+}  // namespace tessera::server

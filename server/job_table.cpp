@@ -1,0 +1,193 @@
+#include "server/job_table.h"
+
+#include <algorithm>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+namespace tessera::server {
+using proto::JobState;
+using proto::Problem;
+using proto::ProblemCode;
+
+namespace {
+
+Problem no_such_job() { return {ProblemCode::not_found, "There is no job with this id; GET /v1/jobs lists all.", {}}; }
+
+/// Whether the state machine has this edge.
+bool may_follow(JobState from, JobState to) {
+  if (proto::has_ended(from)) return false;
+  switch (to) {
+    case JobState::queued:
+      return false;
+    case JobState::preparing:
+      return from == JobState::queued;
+    case JobState::rendering:
+      return from == JobState::preparing;
+    case JobState::completed:
+      return from == JobState::rendering;
+    case JobState::failed:
+    case JobState::canceled:
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string JobTable::new_id() {
+  // 48 bits of time, made to grow, then 80 random bits: sorts by arrival, and can't be guessed.
+  const auto now =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count() /
+      16;
+  last_time_ = std::max(last_time_ + 1, static_cast<std::uint64_t>(now));
+  std::random_device random;
+  char id[33];
+  std::snprintf(id, sizeof id, "%012llx%04x%08x%08x", static_cast<unsigned long long>(last_time_ & 0xFFFF'FFFF'FFFF),
+                random() & 0xFFFF, random(), random());
+  return id;
+}
+
+proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
+  const std::uint64_t film = Film::memory_bytes(order.settings.width, order.settings.height, order.settings.aovs);
+  const std::lock_guard lock(mutex_);
+  if (closed_)
+    return Problem{ProblemCode::shutting_down, "The server is about to stop; submit the job again soon.", {}};
+  if (unfinished_ >= limits_.unfinished_jobs)
+    return Problem{ProblemCode::too_many_jobs,
+                   std::to_string(unfinished_) + " jobs haven't ended; submit this one when fewer are left.",
+                   {}};
+  if (film > limits_.film_bytes - film_bytes_)
+    return Problem{ProblemCode::out_of_memory_budget,
+                   "The images of all jobs fill the memory set aside for them; delete jobs that have ended.",
+                   {}};
+
+  Job job;
+  job.progress = std::make_shared<Progress>();
+  job.film_bytes = film;
+  job.view.id = new_id();
+  job.view.order = std::make_shared<const JobOrder>(std::move(order));
+  job.view.progress = job.progress;
+  job.view.times.created = std::chrono::system_clock::now();
+  job.view.times.queued = JobTimes::Clock::now();
+  film_bytes_ += film;
+  ++unfinished_;
+  Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
+  spdlog::info("job {}: queued", job.view.id);
+  jobs_.emplace(job.view.id, std::move(job));
+  return admitted;
+}
+
+bool JobTable::change_state(Job& job, JobState to) {
+  JobView& view = job.view;
+  if (proto::has_ended(view.state)) return false;
+  if (!may_follow(view.state, to))
+    throw std::logic_error(std::string(proto::name(view.state)) + " can't become " + std::string(proto::name(to)));
+  view.state = to;
+  const auto now = JobTimes::Clock::now();
+  if (to == JobState::preparing) view.times.preparing = now;
+  if (to == JobState::rendering) view.times.rendering = now;
+  if (proto::has_ended(to)) {
+    view.times.ended = now;
+    --unfinished_;
+    job.stop.request_stop();
+    if (!view.film) film_bytes_ -= std::exchange(job.film_bytes, 0);
+  }
+  spdlog::info("job {}: {}", view.id, proto::name(to));
+  return true;
+}
+
+JobTable::Job* JobTable::find_unfinished(const std::string& id) {
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() || proto::has_ended(found->second.view.state) ? nullptr : &found->second;
+}
+
+bool JobTable::start_preparing(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  return job && change_state(*job, JobState::preparing);
+}
+
+bool JobTable::set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  if (job) job->view.plan = std::move(plan);
+  return job;
+}
+
+bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse> structure,
+                               std::shared_ptr<const Film> film) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  if (!job) return false;
+  job->view.structure = structure;
+  job->view.film = std::move(film);
+  return change_state(*job, JobState::rendering);
+}
+
+bool JobTable::complete(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  return job && change_state(*job, JobState::completed);
+}
+
+bool JobTable::fail(const std::string& id, const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  if (!job) return false;
+  job->view.error = why;
+  spdlog::error("job {}: {}", id, why);
+  return change_state(*job, JobState::failed);
+}
+
+proto::Result<JobView> JobTable::cancel(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return no_such_job();
+  if (!change_state(found->second, JobState::canceled))
+    return Problem{ProblemCode::job_already_ended,
+                   "The job is " + std::string(proto::name(found->second.view.state)) + "; there is nothing to cancel.",
+                   {}};
+  return found->second.view;
+}
+
+std::optional<Problem> JobTable::remove(const std::string& id) {
+  std::shared_ptr<const Film> film;  // Freed after the lock is.
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return no_such_job();
+  if (!proto::has_ended(found->second.view.state))
+    return Problem{ProblemCode::job_still_active,
+                   "The job is " + std::string(proto::name(found->second.view.state)) + "; cancel it first.",
+                   {}};
+  film = std::move(found->second.view.film);
+  film_bytes_ -= found->second.film_bytes;
+  jobs_.erase(found);
+  return std::nullopt;
+}
+
+proto::Result<JobView> JobTable::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return no_such_job();
+  return found->second.view;
+}
+
+std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, std::optional<JobState> state) const {
+  std::vector<JobView> listed;
+  const std::lock_guard lock(mutex_);
+  for (auto at = jobs_.upper_bound(after); at != jobs_.end() && listed.size() < limit; ++at)
+    if (!state || at->second.view.state == *state) listed.push_back(at->second.view);
+  return listed;
+}
+
+void JobTable::shut_down() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  for (auto& [id, job] : jobs_) change_state(job, JobState::canceled);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/wire/result.h"
+#include "server/job.h"
+
+namespace tessera::server {
+
+/// All jobs, and the one place where their states change: queued → preparing → rendering → completed | failed |
+/// canceled, an end being reachable from every state that isn't one. Jobs that have ended stay until they are
+/// deleted. Safe to call from any number of threads.
+///
+/// Lock order of the server: JobTable, StructureCache, SceneStore and Scheduler have one mutex each; none is held
+/// while another part is called, so no two are ever held at once.
+class JobTable {
+ public:
+  struct Limits {
+    std::uint32_t unfinished_jobs;
+    std::uint64_t film_bytes;  ///< Of all jobs in the table.
+  };
+  explicit JobTable(Limits limits) : limits_(limits) {}
+
+  /// How a job that has been admitted is worked on.
+  struct Admitted {
+    std::string id;
+    std::stop_token stop;  ///< Requested when the job ends before its work does.
+    std::shared_ptr<Progress> progress;
+  };
+
+  /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget`, `shutting_down`.
+  proto::Result<Admitted> add(JobOrder order);
+
+  /// Steps of a job's work. False, and nothing is changed, when it has ended or been deleted meanwhile: there is
+  /// nothing left to do for it.
+  bool start_preparing(const std::string& id);
+  bool set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan);
+  bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
+  bool complete(const std::string& id);
+  bool fail(const std::string& id, const std::string& why);
+
+  /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays.
+  proto::Result<JobView> cancel(const std::string& id);
+
+  /// Forgets a job that has ended, or says why not.
+  std::optional<proto::Problem> remove(const std::string& id);
+
+  /// `not_found` for an unknown id.
+  proto::Result<JobView> find(const std::string& id) const;
+
+  /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given.
+  std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state) const;
+
+  /// Cancels every job that hasn't ended, and admits no more.
+  void shut_down();
+
+ private:
+  struct Job {
+    JobView view;
+    std::shared_ptr<Progress> progress;
+    std::stop_source stop;
+    std::uint64_t film_bytes;  ///< Set aside for it.
+  };
+
+  std::string new_id();
+  /// The one function that changes states. Nothing happens when the job has ended.
+  bool change_state(Job& job, proto::JobState to);
+  Job* find_unfinished(const std::string& id);
+
+  const Limits limits_;
+  mutable std::mutex mutex_;                      ///< Guards what follows.
+  std::map<std::string, Job, std::less<>> jobs_;  ///< Ids grow, so this is the order of arrival.
+  std::uint64_t film_bytes_ = 0;
+  std::uint32_t unfinished_ = 0;
+  std::uint64_t last_time_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace tessera::server

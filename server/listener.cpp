@@ -1,0 +1,60 @@
+#include "server/listener.h"
+
+#include <chrono>
+#include <exception>
+#include <sstream>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <spdlog/spdlog.h>
+
+namespace tessera::server {
+namespace asio = boost::asio;
+using asio::ip::tcp;
+
+namespace {
+
+constexpr auto kAwait = asio::as_tuple(asio::use_awaitable);
+/// When the process is out of file descriptors, accepting fails until some connection ends.
+constexpr std::chrono::milliseconds kPauseAfterError{100};
+
+void log_end(std::exception_ptr error) {
+  if (!error) return;
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& e) {
+    spdlog::error("a connection ended: {}", e.what());
+  }
+}
+
+}  // namespace
+
+tcp::acceptor listen_on(asio::io_context& io, const std::string& host, std::uint16_t port) {
+  return tcp::acceptor(asio::make_strand(io), tcp::endpoint(asio::ip::make_address(host), port));
+}
+
+asio::awaitable<void> accept_all(asio::io_context& io, tcp::acceptor& acceptor, Connections& connections) {
+  while (acceptor.is_open()) {
+    auto [error, socket] = co_await acceptor.async_accept(asio::make_strand(io), kAwait);
+    if (!error) {
+      const auto strand = socket.get_executor();
+      asio::co_spawn(strand, serve(std::move(socket), connections), log_end);
+    } else if (error != asio::error::operation_aborted) {
+      spdlog::warn("cannot accept: {}", error.message());
+      asio::steady_timer pause(io, kPauseAfterError);
+      co_await pause.async_wait(kAwait);
+    }
+  }
+}
+
+std::string url_of(const tcp::acceptor& acceptor) {
+  std::ostringstream url;
+  url << "http://" << acceptor.local_endpoint();
+  return url.str();
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,31 @@
+#include "server/response.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::server {
+namespace {
+
+/// Details may quote what the client sent, and that needn't be UTF-8.
+std::string dump(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+bool may_pass(proto::ProblemCode code) {
+  return code == proto::ProblemCode::too_many_jobs || code == proto::ProblemCode::out_of_memory_budget ||
+         code == proto::ProblemCode::shutting_down;
+}
+
+}  // namespace
+
+Response json_response(int status, const nlohmann::json& body) {
+  return {status, {{"Content-Type", "application/json"}}, dump(body)};
+}
+
+Response problem_response(const proto::Problem& problem) {
+  Response response{
+      proto::entry(problem.code).status, {{"Content-Type", "application/problem+json"}}, dump(proto::to_json(problem))};
+  if (may_pass(problem.code)) response.headers.emplace_back("Retry-After", "1");
+  return response;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,137 @@
+#include "server/router.h"
+
+#include <algorithm>
+#include <exception>
+#include <optional>
+
+#include <spdlog/spdlog.h>
+
+#include "proto/wire/sha256.h"
+#include "server/handlers/handlers.h"
+#include "server/media_type.h"
+
+namespace tessera::server {
+using proto::Problem;
+using proto::ProblemCode;
+
+std::span<const Route> route_table() {
+  static const std::vector<Route> table = {
+      {"PUT", "/v1/blobs/{hash}", {}, Body::file, Place::worker, put_blob},
+      {"POST", "/v1/scenes", {}, Body::json, Place::worker, post_scene},
+      {"GET", "/v1/scenes/{hash}", {}, Body::none, Place::worker, describe_scene},
+      {"POST", "/v1/jobs", {}, Body::json, Place::worker, post_job},
+      {"GET", "/v1/jobs", {"after", "limit", "state"}, Body::none, Place::io, list_jobs},
+      {"GET", "/v1/jobs/{id}", {}, Body::none, Place::io, show_job},
+      {"DELETE", "/v1/jobs/{id}", {}, Body::none, Place::io, delete_job},
+      {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::io, cancel_job},
+      {"GET", "/v1/jobs/{id}/image", {"aov", "format", "partial"}, Body::none, Place::worker, fetch_image},
+      {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
+      {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
+      {"GET", "/livez", {}, Body::none, Place::io, livez},
+      {"GET", "/readyz", {}, Body::none, Place::io, readyz},
+      {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
+      {"GET", "/v1/capabilities", {}, Body::none, Place::io, show_capabilities},
+      {"GET", "/openapi.json", {}, Body::none, Place::io, show_openapi},
+      {"GET", "/schemas/scene.json", {}, Body::none, Place::io, show_scene_schema},
+      {"GET", "/schemas/job.json", {}, Body::none, Place::io, show_job_schema},
+  };
+  return table;
+}
+
+namespace {
+
+/// The segment at the pattern's {…} (empty if it has none) when the path fits.
+std::optional<std::string> match(std::string_view pattern, const std::vector<std::string>& segments) {
+  std::string parameter;
+  for (const std::string& segment : segments) {
+    if (!pattern.starts_with('/')) return std::nullopt;
+    pattern.remove_prefix(1);
+    const std::string_view wanted = pattern.substr(0, pattern.find('/'));
+    pattern.remove_prefix(wanted.size());
+    if (!wanted.starts_with('{')) {
+      if (segment != wanted) return std::nullopt;
+      continue;
+    }
+    if (wanted == "{hash}" && !proto::is_content_hash(segment)) return std::nullopt;
+    parameter = segment;
+  }
+  if (!pattern.empty()) return std::nullopt;
+  return parameter;
+}
+
+std::string listed(const std::vector<std::string_view>& names) {
+  std::string text;
+  for (const std::string_view name : names) text += (text.empty() ? "" : ", ") + std::string(name);
+  return text;
+}
+
+std::optional<Problem> refuse_query(const Route& route, const Request& request) {
+  Problem problem{ProblemCode::malformed_request, "", {}};
+  const auto& query = request.target.query;
+  for (auto at = query.begin(); at != query.end(); ++at) {
+    if (std::ranges::find(route.query, at->first) == route.query.end())
+      problem.detail = "There is no query parameter \"" + at->first + "\" here; " +
+                       (route.query.empty() ? "this resource takes none." : "known: " + listed(route.query) + ".");
+    else if (std::any_of(query.begin(), at, [&](const auto& earlier) { return earlier.first == at->first; }))
+      problem.detail = "The query parameter \"" + at->first + "\" stands there twice; give it once.";
+  }
+  if (problem.detail.empty()) return std::nullopt;
+  return problem;
+}
+
+std::optional<Problem> refuse_body(const Route& route, const Request& request) {
+  if (route.body != Body::json) return std::nullopt;
+  if (!is_media_type(request.header("content-type").value_or(""), "application/json"))
+    return Problem{
+        ProblemCode::unsupported_media_type, "Send JSON, with the header Content-Type: application/json.", {}};
+  if (const auto encoding = request.header("content-encoding"); encoding && *encoding != "identity")
+    return Problem{ProblemCode::unsupported_media_type, "Send the document as it is, without a Content-Encoding.", {}};
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::variant<const Route*, Response> find_route(Request& request) {
+  std::vector<std::string_view> allowed;
+  for (const Route& route : route_table()) {
+    auto parameter = match(route.pattern, request.target.segments);
+    if (!parameter) continue;
+    if (route.method != request.method) {
+      allowed.push_back(route.method);
+      if (route.method == "GET") allowed.push_back("HEAD");
+      continue;
+    }
+    request.parameter = *std::move(parameter);
+    if (const auto problem = refuse_query(route, request)) return problem_response(*problem);
+    if (const auto problem = refuse_body(route, request)) return problem_response(*problem);
+    return &route;
+  }
+  if (allowed.empty())
+    return problem_response(
+        {ProblemCode::not_found, "There is nothing at this path; GET /openapi.json lists all.", {}});
+  Response response =
+      problem_response({ProblemCode::method_not_allowed, "This resource knows " + listed(allowed) + " only.", {}});
+  response.headers.emplace_back("Allow", listed(allowed));
+  return response;
+}
+
+Response run_handler(const Route& route, Services& services, Request& request) {
+  try {
+    return route.handle(services, request);
+  } catch (const std::exception& error) {
+    spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
+    return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});
+  }
+}
+
+std::string describe_routes() {
+  std::string text;
+  for (const Route& route : route_table()) {
+    text += std::string(route.method) + ' ' + std::string(route.pattern);
+    for (const std::string_view name : route.query) text += ' ' + std::string(name);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "server/request.h"
+#include "server/response.h"
+#include "server/services.h"
+
+namespace tessera::server {
+
+/// What a route takes as its body.
+enum class Body { none, json, file };
+
+/// Where a handler runs: I/O threads for what is answered from memory, the workers for everything that parses,
+/// encodes or touches the disk.
+enum class Place { io, worker };
+
+/// A row of the one table of routes.
+struct Route {
+  std::string_view method;
+  std::string_view pattern;  ///< A segment {hash} takes a content hash only, {id} anything.
+  std::vector<std::string_view> query;
+  Body body;
+  Place place;
+  Response (*handle)(Services&, Request&);
+};
+std::span<const Route> route_table();
+
+/// Finds the route of a request and sets its `parameter`; or the refusal: unknown path, wrong method, a query
+/// parameter that the route doesn't know, or a body of a type that it doesn't take.
+std::variant<const Route*, Response> find_route(Request& request);
+
+/// Runs the handler. An exception becomes a logged `internal_error`.
+Response run_handler(const Route& route, Services& services, Request& request);
+
+/// The table as text, one route a line: "GET /v1/jobs after limit state".
+std::string describe_routes();
+
+}  // namespace tessera::server

@@ -1,0 +1,63 @@
+#include "server/scene_store.h"
+
+#include <fstream>
+#include <iterator>
+#include <list>
+#include <span>
+#include <utility>
+
+#include "server/received_file.h"
+
+namespace tessera::server {
+using proto::ContentHash;
+using proto::ParsedScene;
+using proto::Problem;
+using proto::ProblemCode;
+using proto::Result;
+
+SceneStore::SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
+                       std::uint64_t cache_bytes)
+    : folder_(std::move(folder)), files_(files), limits_(limits), cache_(cache_bytes) {}
+
+std::filesystem::path SceneStore::path_of(const ContentHash& hash) const {
+  return folder_ / (hash.substr(hash.find(':') + 1) + ".json");
+}
+
+Result<SceneStore::Put> SceneStore::put(std::string_view document) {
+  auto parsed = proto::parse_scene(document, files_, limits_);
+  if (!parsed) return parsed.problem();
+  const std::filesystem::path path = path_of(parsed->hash);
+  const bool known = std::filesystem::exists(path);
+  if (!known) {
+    ReceivedFile file(folder_);
+    file.write(std::as_bytes(std::span(document)));
+    file.keep_as(path);
+  }
+  return Put{share(*std::move(parsed)), known};
+}
+
+Result<ParsedScene> SceneStore::find(const ContentHash& hash) {
+  std::ifstream file(path_of(hash), std::ios::binary);
+  if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto scene = cache_.find(hash)) return ParsedScene{*std::move(scene), hash};
+  }
+  const std::string document{std::istreambuf_iterator<char>(file), {}};
+  auto parsed = proto::parse_scene(document, files_, limits_);
+  if (!parsed) return parsed.problem();
+  if (parsed->hash != hash)
+    return Problem{ProblemCode::invalid_document, "Files that this scene names have changed; POST it again.", {}};
+  return share(*std::move(parsed));
+}
+
+ParsedScene SceneStore::share(ParsedScene parsed) {
+  const std::uint64_t bytes = memory_bytes(*parsed.scene);
+  std::list<std::shared_ptr<const Scene>> evicted;  // Freed after the lock is.
+  const std::lock_guard lock(mutex_);
+  if (auto scene = cache_.find(parsed.hash)) return {*std::move(scene), std::move(parsed.hash)};
+  cache_.put(parsed.hash, parsed.scene, bytes, evicted);
+  return parsed;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string_view>
+
+#include "proto/file_source.h"
+#include "proto/parse.h"
+#include "server/lru.h"
+
+namespace tessera::server {
+
+/// Scenes by content hash: the documents on disk, for good; what they parse to in memory, as far as it fits. Safe
+/// to call from any number of threads. Parsing and reading the disk take their time: not for an I/O thread.
+class SceneStore {
+ public:
+  /// Keeps documents in `folder`, which exists, and up to `cache_bytes` of parsed scenes.
+  SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
+             std::uint64_t cache_bytes);
+
+  struct Put {
+    proto::ParsedScene scene;
+    bool known;  ///< It was there before.
+  };
+  /// Parses a document and keeps it, or says what is wrong with it.
+  proto::Result<Put> put(std::string_view document);
+
+  /// A scene that was put, now or by an earlier daemon. `not_found` when it wasn't; `invalid_document` when files
+  /// that it names have changed since or are gone.
+  proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash);
+
+  /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.
+  proto::ParsedScene share(proto::ParsedScene scene);
+
+ private:
+  std::filesystem::path path_of(const proto::ContentHash& hash) const;
+
+  const std::filesystem::path folder_;
+  const proto::FileSource& files_;
+  const proto::Limits limits_;
+  std::mutex mutex_;  ///< Guards what follows.
+  Lru<std::shared_ptr<const Scene>> cache_;
+};
+
+}  // namespace tessera::server

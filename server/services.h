@@ -1,0 +1,23 @@
+#pragma once
+
+#include <atomic>
+
+namespace tessera::server {
+
+struct Config;
+class BlobStore;
+class SceneStore;
+class JobTable;
+class JobRunner;
+
+/// What handlers work with. Everything in it is safe to use from any number of threads.
+struct Services {
+  const Config& config;
+  BlobStore& blobs;
+  SceneStore& scenes;
+  JobTable& jobs;
+  JobRunner& runner;
+  std::atomic<bool> shutting_down{false};
+};
+
+}  // namespace tessera::server

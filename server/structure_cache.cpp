@@ -1,0 +1,51 @@
+#include "server/structure_cache.h"
+
+#include <chrono>
+#include <utility>
+
+namespace tessera::server {
+namespace {
+
+std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, AccelKind kind) {
+  const auto start = std::chrono::steady_clock::now();
+  std::shared_ptr<const Accel> accel = make_accel(scene, kind);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const AccelStats stats = accel->stats();
+  return std::make_shared<const Structure>(Structure{std::move(accel), kind, stats, seconds.count()});
+}
+
+}  // namespace
+
+void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
+                                  AccelKind kind, Done done) {
+  const std::string key = scene_hash + ' ' + std::string(accel_name(kind));
+  {
+    std::unique_lock lock(mutex_);
+    if (auto structure = cache_.find(key)) {
+      lock.unlock();
+      return done(*structure, true, nullptr);
+    }
+    const auto [building, first] = waiting_.try_emplace(key);
+    if (!first) return building->second.push_back(std::move(done));
+  }
+
+  std::shared_ptr<const Structure> structure;
+  std::exception_ptr error;
+  try {
+    structure = build(scene, kind);
+  } catch (...) {
+    error = std::current_exception();
+  }
+
+  std::vector<Done> others;
+  std::list<std::shared_ptr<const Structure>> evicted;
+  {
+    const std::lock_guard lock(mutex_);
+    others = std::move(waiting_.extract(key).mapped());
+    if (structure) cache_.put(key, structure, structure->stats.bytes + memory_bytes(*scene), evicted);
+  }
+  done(structure, false, error);
+  for (const Done& other : others) other(structure, true, error);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/accel/accel.h"
+#include "server/lru.h"
+
+namespace tessera::server {
+
+/// A structure that has been built, and what that took.
+struct Structure {
+  std::shared_ptr<const Accel> accel;
+  AccelKind kind;
+  AccelStats stats;
+  double build_seconds;
+};
+
+/// Structures by scene and kind, each built once however many jobs ask for it at the same moment. Who asks while
+/// it is being built is called back, so that no thread waits. Safe to call from any number of threads.
+class StructureCache {
+ public:
+  /// What became of it: the structure, or why it couldn't be built. `shared` when another job had it built.
+  using Done = std::function<void(std::shared_ptr<const Structure>, bool shared, std::exception_ptr)>;
+
+  /// Keeps structures, with the scenes that they hold, up to so many bytes.
+  explicit StructureCache(std::uint64_t limit) : cache_(limit) {}
+
+  /// Calls `done` with the structure: at once if it is there, after building it on this very thread if nobody
+  /// else does, and otherwise later on the thread that builds. A failure goes to all who asked, and isn't kept:
+  /// the next one tries again. `done` doesn't throw.
+  void get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene, AccelKind kind,
+                    Done done);
+
+ private:
+  std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
+  Lru<std::shared_ptr<const Structure>> cache_;
+  std::unordered_map<std::string, std::vector<Done>> waiting_;  ///< For each one that is being built.
+};
+
+}  // namespace tessera::server

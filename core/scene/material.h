@@ -10,10 +10,10 @@ namespace tessera {
 /// radiance that mirror and refraction rays bring back; black means that no such ray is traced.
 struct Material {
   Rgb diffuse{0.5F, 0.5F, 0.5F};
-  Rgb specular;
+  Rgb specular{};
   float shininess = 1;  ///< ≥ 0
-  Rgb reflect;
-  Rgb transmit;
+  Rgb reflect{};
+  Rgb transmit{};
   float ior = 1;         ///< Index of refraction inside, relative to outside; > 0.
   bool fresnel = false;  ///< Split reflect and transmit by Fresnel's equations for dielectrics.
 };

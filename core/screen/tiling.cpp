@@ -31,16 +31,28 @@ class Cutter {
   }
 
  private:
-  /// Tiles of the adaptive cut: at most this many pixels on a side, at least that many.
+  /// Tiles of the adaptive cut that aren't empty: at most this many pixels on a side, and cut no further below that.
   static constexpr std::int32_t kLargestSide = 64;
-  static constexpr std::int32_t kSmallestSide = 16;
+  static constexpr std::int32_t kSmallestSide = 8;
 
   bool is_tile(PixelRect rect, const Ids& ids) const {
     const std::int32_t side = std::max(rect.width(), rect.height());
     if (settings_.tile_size != kAdaptiveTiles) return side <= static_cast<std::int64_t>(settings_.tile_size);
+    if (settings_.screen_bounds == ScreenBounds::off) return side <= kLargestSide;
     if (ids.empty()) return true;
     if (side > kLargestSide) return false;
-    return side <= kSmallestSide || ids.size() <= most_candidates_;
+    return side <= kSmallestSide || (ids.size() <= most_candidates_ && mostly_covered(rect, ids));
+  }
+
+  /// Whether cutting on would free little of the tile.
+  bool mostly_covered(PixelRect rect, const Ids& ids) const {
+    PixelRect covered = intersect(rect, areas_[ids[0]]);
+    for (const std::uint32_t id : ids) {
+      const PixelRect area = intersect(rect, areas_[id]);
+      covered = {std::min(covered.x0, area.x0), std::min(covered.y0, area.y0), std::max(covered.x1, area.x1),
+                 std::max(covered.y1, area.y1)};
+    }
+    return covered.area() * 2 >= rect.area();
   }
 
   /// Halves of the longer side. Fixed tiles are cut on multiples of their size, so that they form a grid.
@@ -83,18 +95,19 @@ class Cutter {
 Tiling make_tiling(const Scene& scene, const CameraRays& camera, const Settings& settings) {
   const PixelRect image{0, 0, static_cast<std::int32_t>(settings.width), static_cast<std::int32_t>(settings.height)};
   Tiling out;
-  std::vector<PixelRect> areas(scene.objects.size(), image);
-  if (settings.screen_bounds != ScreenBounds::off) {
-    for (std::size_t i = 0; i < areas.size(); ++i) {
-      const Object& object = scene.objects[i];
-      areas[i] = screen_rect(world_bounds(scene, object), camera,
-                             object.placement ? object.placement->error() : Transform::Error{});
-    }
-  }
+  std::vector<PixelRect> areas;
   Ids on_screen;
-  for (std::uint32_t i = 0; i < areas.size(); ++i)
-    if (!areas[i].empty()) on_screen.push_back(i);
-  out.objects_on_screen = on_screen.size();
+  if (settings.screen_bounds == ScreenBounds::off) {
+    out.objects_on_screen = scene.objects.size();
+  } else {
+    areas.reserve(scene.objects.size());
+    for (const Object& object : scene.objects) {
+      areas.push_back(screen_rect(world_bounds(scene, object), camera,
+                                  object.placement ? object.placement->error() : Transform::Error{}));
+      if (!areas.back().empty()) on_screen.push_back(static_cast<std::uint32_t>(areas.size() - 1));
+    }
+    out.objects_on_screen = on_screen.size();
+  }
   Cutter(scene, areas, settings, out).cut(image, on_screen);
   return out;
 }

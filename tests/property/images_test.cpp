@@ -1,0 +1,102 @@
+// Promise 1 of the design: one image, whatever the way.
+#include <gtest/gtest.h>
+
+#include "tests/support/image.h"
+#include "tests/support/scenes.h"
+
+namespace tessera {
+namespace {
+
+Settings all_planes(std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
+  Settings s;
+  s.width = width;
+  s.height = height;
+  s.samples = samples;
+  s.aovs = {Aov::depth, Aov::normal, Aov::primitive_id, Aov::object_id};
+  return s;
+}
+
+struct View {
+  const char* name;
+  std::shared_ptr<const Scene> scene;
+  Camera camera;
+};
+
+std::vector<View> views() {
+  PerspectiveCamera inside{{{0.1F, 0.1F, 0.2F}, {0, 0, 5}, {0, 1, 0}}, 1.2F};
+  return {{"mixed", mixed_scene(), mixed_camera()},
+          {"mixed, parallel", mixed_scene(), orthographic_camera()},
+          {"mixed, from inside the mirror", mixed_scene(), inside},
+          {"sparse", sparse_scene(), mixed_camera()},
+          {"random", random_scene(7, 40), PerspectiveCamera{{{0, 0, 25}, {0, 0, 0}, {0, 1, 0}}, 0.9F}},
+          {"empty", SceneBuilder().background({0.1F, 0.7F, 0.3F}).build(), mixed_camera()}};
+}
+
+TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
+  const auto sizes = {1U, 7U, 16U, 64U, 66U, kAdaptiveTiles};  // 66: the whole image
+  for (const View& view : views()) {
+    Settings settings = all_planes(66, 35, 2);
+    settings.accel = AccelKind::brute;
+    settings.screen_bounds = ScreenBounds::off;
+    settings.tile_size = 66;
+    const Image reference = render_image(view.scene, view.camera, settings);
+    for (const AccelKind accel : {AccelKind::brute, AccelKind::bvh, AccelKind::automatic})
+      for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat})
+        for (const std::uint32_t size : sizes)
+          for (const int threads : {1, 2, 3, 8}) {
+            settings.accel = accel;
+            settings.screen_bounds = bounds;
+            settings.tile_size = size;
+            const Image image = render_image(view.scene, view.camera, settings, threads);
+            ASSERT_TRUE(same_bytes(reference.pixels, image.pixels))
+                << view.name << ", " << accel_name(accel) << ", screen bounds " << static_cast<int>(bounds)
+                << ", tiles of " << size << ", " << threads << " threads";
+            RayCounts all = image.rays;
+            all.camera += all.camera_skipped;
+            all.camera_skipped = 0;
+            EXPECT_EQ(all, reference.rays) << view.name;
+          }
+  }
+}
+
+TEST(Images, SkipRaysWhereNothingProjects) {
+  Settings settings = all_planes(64, 64, 2);
+  const Image image = render_image(sparse_scene(), mixed_camera(), settings);
+  EXPECT_GT(image.rays.camera_skipped, 64U * 64U);
+  EXPECT_GT(image.rays.camera_hits, 0U);
+  EXPECT_EQ(image.rays.camera + image.rays.camera_skipped, 64U * 64U * 2U);
+}
+
+TEST(Images, ShowOffScreenObjectsInMirrors_Stress43) {
+  SceneBuilder b;
+  const auto mirror = b.material(mirror_material());
+  const auto red = b.material(diffuse({1, 0, 0}));
+  b.light(AmbientLight{{1, 1, 1}});
+  b.add(Quad{{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}}}, mirror);
+  b.add(Sphere{{0, 0, 10}, 3}, red);  // behind the camera
+  const auto scene = b.build();
+  const Camera camera = PerspectiveCamera{{{0, 0, 2}, {0, 0, 0}, {0, 1, 0}}, 0.2F};
+  Settings settings;
+  settings.width = settings.height = 5;
+  settings.jitter = false;
+  const Image image = render_image(scene, camera, settings);
+  EXPECT_FLOAT_EQ(image.pixels.color[12].r, 0.9F);
+  EXPECT_EQ(image.pixels.color[12].g, 0);
+  EXPECT_EQ(make_plan(*scene, camera, settings).tiling.objects_on_screen, 1U);
+}
+
+TEST(Images, HoldNoNanInfinityOrNegative_Stress60) {
+  for (const View& view : views())
+    for (const Rgb& c : render_image(view.scene, view.camera, all_planes(48, 48, 4)).pixels.color)
+      ASSERT_TRUE(is_finite(c) && c.r >= 0 && c.g >= 0 && c.b >= 0) << view.name;
+}
+
+TEST(Images, DependOnTheSeedAlone) {
+  Settings settings = all_planes(32, 32, 2);
+  const Image a = render_image(mixed_scene(), mixed_camera(), settings);
+  settings.seed = 1;
+  EXPECT_FALSE(same_bytes(a.pixels, render_image(mixed_scene(), mixed_camera(), settings).pixels));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,115 @@
+// Laws L1 and L2: every structure gives the hits of brute force, to the bit.
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "core/accel/accel.h"
+#include "tests/support/scenes.h"
+
+namespace tessera {
+namespace {
+
+/// Rays of every kind that gives structures trouble.
+Ray random_ray(Random& random, double size) {
+  const auto point = [&] { return to_float(random.in_cube() * size * random.magnitude(-1, 1)); };
+  Ray ray{point(), {}};
+  switch (random.bits() % 5) {
+    case 0:
+      ray.direction = to_float(random.direction());
+      break;
+    case 1:
+      ray.direction = point() - ray.origin;
+      break;
+    case 2:
+      ray.direction[static_cast<int>(random.bits() % 3)] = random.bits() % 2 ? 1.0F : -1.0F;
+      break;
+    case 3: {  // two components, one of them hardly there
+      const auto axis = static_cast<int>(random.bits() % 3);
+      ray.direction[axis] = 1;
+      ray.direction[(axis + 1) % 3] = static_cast<float>(random.magnitude(-44, 0));
+      break;
+    }
+    default:
+      ray.direction = to_float(random.direction() * random.magnitude(-20, 20));
+      break;
+  }
+  if (random.bits() % 4 == 0) ray.t_max = static_cast<float>(random.magnitude(-2, 2));
+  if (random.bits() % 4 == 0) ray.t_min = static_cast<float>(random.magnitude(-2, 1));
+  return ray;
+}
+
+void expect_same_hits(const std::shared_ptr<const Scene>& scene, double size, std::uint64_t seed, int rays) {
+  const auto brute = make_accel(scene, AccelKind::brute);
+  std::vector<std::uint32_t> all(scene->objects.size());
+  std::iota(all.begin(), all.end(), 0U);
+  for (const AccelEntry& row : accel_table()) {
+    const auto accel = row.make(scene);
+    Random random(seed);
+    for (int i = 0; i < rays; ++i) {
+      const Ray ray = random_ray(random, size);
+      const std::optional<Hit> expected = brute->closest(ray);
+      ASSERT_EQ(accel->closest(ray), expected) << row.name << ", scene " << seed << ", ray " << i;
+      ASSERT_EQ(accel->closest_among(ray, all), expected) << row.name << ", scene " << seed << ", ray " << i;
+      ASSERT_EQ(accel->occluded(ray), expected.has_value()) << row.name << ", scene " << seed << ", ray " << i;
+    }
+  }
+}
+
+TEST(Structures, AgreeOnRandomScenes_Stress54) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) expect_same_hits(random_scene(seed, 60), 10, seed, 1500);
+}
+
+TEST(Structures, AgreeOnTinyHugeAndFarScenes) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed)
+    for (const double size : {1e-6, 1e6}) expect_same_hits(random_scene(seed, 40, size), size, seed, 500);
+}
+
+TEST(Structures, AgreeOnOneTwoThreePrimitivesAndNone_Stress51) {
+  for (int count = 0; count <= 3; ++count) expect_same_hits(random_scene(100, count), 10, 100, 500);
+}
+
+TEST(Structures, GiveTheLowestIdentityAmongCoplanarTwins_Stress23) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles.assign(100'000, {0, 1, 2});
+  const auto scene = SceneBuilder().add(mesh).add(mesh).build();
+  const auto accel = make_accel(scene, AccelKind::bvh);
+  EXPECT_LE(accel->stats().depth, 2U * 96U);
+  const Ray ray{{0.2F, 0.2F, 1}, {0, 0, -1}};
+  EXPECT_EQ(accel->closest(ray), (Hit{1, 0, 0}));
+}
+
+TEST(Structures, MissWithRaysThatAreNone_Stress07_Stress09) {
+  const float nan = std::nanf("");
+  const auto scene = random_scene(3, 60);
+  for (const AccelEntry& row : accel_table()) {
+    const auto accel = row.make(scene);
+    for (const float bad : {nan, kInfinity, -kInfinity})
+      for (int axis = 0; axis < 3; ++axis) {
+        Ray ray{{0, 0, 0}, {1, 0.5F, 0.25F}};
+        ray.origin[axis] = bad;
+        EXPECT_FALSE(accel->closest(ray) || accel->occluded(ray)) << row.name;
+        ray = {{0, 0, 0}, {1, 0.5F, 0.25F}};
+        ray.direction[axis] = bad;
+        EXPECT_FALSE(accel->closest(ray) || accel->occluded(ray)) << row.name;
+      }
+    EXPECT_FALSE(accel->closest({{}, {}})) << row.name;
+    EXPECT_FALSE(accel->closest({{}, {1, 0, 0}, 0, nan})) << row.name;
+    EXPECT_FALSE(accel->closest({{}, {1, 0, 0}, 2, 1})) << row.name;
+  }
+}
+
+TEST(Structures, TakeTheIntervalAsOpen_Stress08) {
+  const auto scene = SceneBuilder().add(Quad{{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}}}).build();
+  for (const AccelEntry& row : accel_table()) {
+    const auto accel = row.make(scene);
+    const auto hits = [&](float lo, float hi) { return accel->closest({{0, 0, 2}, {0, 0, -1}, lo, hi}).has_value(); };
+    EXPECT_TRUE(hits(0, 3)) << row.name;
+    EXPECT_FALSE(hits(0, 2)) << row.name << ": t = t_max is outside";
+    EXPECT_FALSE(hits(2, 3)) << row.name << ": t = t_min is outside";
+    EXPECT_TRUE(hits(std::nextafter(2.0F, 0.0F), std::nextafter(2.0F, 3.0F))) << row.name;
+  }
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <atomic>
+#include <cstring>
+#include <thread>
+#include <vector>
+
+#include "core/render/render.h"
+
+namespace tessera {
+
+struct Image {
+  Pixels pixels;
+  RayCounts rays;
+};
+
+/// Renders a whole image on `threads` threads that take tiles as they come.
+inline Image render_image(std::shared_ptr<const Scene> scene, const Camera& camera, const Settings& settings,
+                          int threads = 1) {
+  Plan plan = make_plan(*scene, camera, settings);
+  std::shared_ptr<const Accel> accel = make_accel(scene, plan.accel);
+  const RenderContext context{scene, accel, settings, std::move(plan),
+                              CameraRays(camera, settings.width, settings.height)};
+  std::vector<PixelRect> rects;
+  for (const Tile& tile : context.plan.tiling.tiles) rects.push_back(tile.rect);
+  Film film(settings.width, settings.height, settings.aovs, rects);
+  std::atomic<std::size_t> next{0};
+  std::vector<RayCounts> counts(static_cast<std::size_t>(threads));
+  {
+    std::vector<std::jthread> pool;
+    for (RayCounts& mine : counts)
+      pool.emplace_back([&] {
+        for (std::size_t i; (i = next++) < rects.size();) {
+          const auto tile = render_tile(context, i);
+          film.store(i, tile->pixels);
+          mine += tile->rays;
+        }
+      });
+  }
+  RayCounts rays;
+  for (const RayCounts& c : counts) rays += c;
+  return {film.pixels(), rays};
+}
+
+/// Byte for byte, NaN and −0 included.
+inline bool same_bytes(const Pixels& a, const Pixels& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
+  };
+  return same(a.color, b.color) && same(a.depth, b.depth) && same(a.normal, b.normal) &&
+         same(a.primitive_id, b.primitive_id) && same(a.object_id, b.object_id);
+}
+
+}  // namespace tessera

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <utility>
+
+#include "core/geometry/triangle_mesh.h"
+
+namespace tessera {
+
+/// A closed mesh: an icosahedron, each triangle cut in four `levels` times, pushed out to the sphere.
+inline TriangleMesh icosphere(int levels, float radius = 1, Vec3 center = {}) {
+  const auto g = static_cast<float>((1 + std::sqrt(5.0)) / 2);
+  TriangleMesh mesh;
+  mesh.positions = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const auto [at, fresh] =
+          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.positions.size()));
+      if (fresh) mesh.positions.push_back((mesh.positions[a] + mesh.positions[b]) * 0.5F);
+      return at->second;
+    };
+    std::vector<TriangleIndices> finer;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    mesh.triangles = std::move(finer);
+  }
+  for (Vec3& p : mesh.positions) p = to_float(to_double(p) / length(to_double(p)) * double{radius} + to_double(center));
+  return mesh;
+}
+
+/// The square [−1, 1]² at z = 0 as 2·n·n triangles.
+inline TriangleMesh grid_plane(std::uint32_t n) {
+  TriangleMesh mesh;
+  for (std::uint32_t y = 0; y <= n; ++y)
+    for (std::uint32_t x = 0; x <= n; ++x)
+      mesh.positions.push_back({2.0F * static_cast<float>(x) / static_cast<float>(n) - 1,
+                                2.0F * static_cast<float>(y) / static_cast<float>(n) - 1, 0});
+  for (std::uint32_t y = 0; y < n; ++y)
+    for (std::uint32_t x = 0; x < n; ++x) {
+      const std::uint32_t i = y * (n + 1) + x, above = i + n + 1;
+      mesh.triangles.push_back({i, i + 1, above + 1});
+      mesh.triangles.push_back({i, above + 1, above});
+    }
+  return mesh;
+}
+
+}  // namespace tessera

@@ -86,8 +86,9 @@ TYPED_TEST(QuadricOracle, SurfacePointsLieOnTheSurface) {
     // On the ray's line as double knows it, whatever the rounding of t; beside a tip the surface is steep in the ray.
     const Vec3w d = unit(widen(ray.direction)), from_origin = widen(at.position) - widen(ray.origin);
     const Vec3w beside = from_origin - dot(from_origin, d) * d;
-    if (curvature(primitive, widen(at.position)) * size < 1e3L)
+    if (curvature(primitive, widen(at.position)) * size < 1e3L) {
       EXPECT_LE(std::sqrt(dot(beside, beside)), 1e-10L * reach(box, ray)) << "seed " << seed;
+    }
     // Not farther from where the ray says it is than t's rounding and a grazing angle's leeway.
     const Vec3w off = widen(at.position) - point_at(ray, *t);
     EXPECT_LE(max_component(abs(off)), 2 * kUnitRoundoff * reach(box, ray)) << "seed " << seed;

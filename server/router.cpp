@@ -32,8 +32,8 @@ std::span<const Route> route_table() {
       {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
       {"GET", "/v1/capabilities", {}, Body::none, Place::io, show_capabilities},
       {"GET", "/openapi.json", {}, Body::none, Place::io, show_openapi},
-      {"GET", "/schemas/scene.json", {}, Body::none, Place::io, show_scene_schema},
-      {"GET", "/schemas/job.json", {}, Body::none, Place::io, show_job_schema},
+      {"GET", "/schemas/scene.schema.json", {}, Body::none, Place::io, show_scene_schema},
+      {"GET", "/schemas/job.schema.json", {}, Body::none, Place::io, show_job_schema},
   };
   return table;
 }

@@ -1,6 +1,7 @@
 #include "proto/file_loader.h"
 
 #include <filesystem>
+#include <new>
 #include <utility>
 
 namespace tessera::proto {
@@ -123,6 +124,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion);
   if (!imported) {
     const Problem& problem = imported.problem();
+    if (problem.code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();  // not the document's fault
     if (problem.errors.empty()) reference.where.error(problem.detail);
     for (const FieldError& e : problem.errors) reference.where.errors().add(e.pointer, e.detail);
     return std::nullopt;

@@ -116,9 +116,10 @@ bool read_triangle(JsonCursor value, TriangleIndices& triangle, std::uint64_t po
     const bool is_index = read(element, index, 0, std::numeric_limits<std::uint32_t>::max());
     good &= is_index;
     if (is_index && index >= position_count) {
-      good = element.error("Index " + std::to_string(index) + " is out of range: the mesh has " +
-                           std::to_string(position_count) + " positions" +
-                           (position_count > 0 ? ", so 0 to " + std::to_string(position_count - 1) + "." : "."));
+      good = element.error("Index " + std::to_string(index) + " is out of range: " +
+                           (position_count > 0
+                                ? "with this many positions, 0 to " + std::to_string(position_count - 1) + " will do."
+                                : "there are no positions."));
     }
     triangle[corner++] = static_cast<std::uint32_t>(index);
   }

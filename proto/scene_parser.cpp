@@ -219,9 +219,9 @@ class SceneParser {
     auto read = read_inline_shape(type, fields);
     if (!read) return std::nullopt;
     if (read->dropped.total() > 0) {
-      builder_.warn(fields.value(), "Dropped " + std::to_string(read->dropped.total()) + " triangles: " +
-                                        std::to_string(read->dropped.not_finite) + " with coordinates beyond 1e18, " +
-                                        std::to_string(read->dropped.degenerate) + " with two corners at one place.");
+      builder_.warn(fields.value(), "Dropped triangles: " + std::to_string(read->dropped.not_finite) +
+                                        " with coordinates beyond 1e18, " + std::to_string(read->dropped.degenerate) +
+                                        " with two corners at one place.");
     }
     const auto shape = builder_.add_shape(std::move(read->shape), fields.value());
     if (!shape) return std::nullopt;

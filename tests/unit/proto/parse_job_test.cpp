@@ -1,0 +1,113 @@
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "proto/parse.h"
+#include "tests/unit/proto/test_files.h"
+
+namespace tessera::proto {
+namespace {
+
+const std::string kHash = "sha256:" + std::string(64, '7');
+const std::string kByHash = "{\"scene\": \"" + kHash + '"';
+
+JobRequest parsed(const std::string& text) {
+  const auto job = parse_job(text, NoFiles(), Limits());
+  if (!job) {
+    ADD_FAILURE() << job.problem().detail << job.problem().errors.at(0).pointer << job.problem().errors.at(0).detail;
+    return {};
+  }
+  return *job;
+}
+
+TEST(ParseJob, DefaultsAreThoseOfCore) {
+  const JobRequest job = parsed(kByHash + "}");
+  EXPECT_EQ(std::get<ContentHash>(job.scene), kHash);
+  EXPECT_FALSE(job.camera);
+  EXPECT_EQ(job.name, "");
+  const Settings defaults;
+  EXPECT_EQ(job.settings.width, defaults.width);
+  EXPECT_EQ(job.settings.height, defaults.height);
+  EXPECT_EQ(job.settings.samples, defaults.samples);
+  EXPECT_EQ(job.settings.jitter, defaults.jitter);
+  EXPECT_EQ(job.settings.max_depth, defaults.max_depth);
+  EXPECT_EQ(job.settings.seed, defaults.seed);
+  EXPECT_EQ(job.settings.accel, defaults.accel);
+  EXPECT_EQ(job.settings.screen_bounds, defaults.screen_bounds);
+  EXPECT_EQ(job.settings.tile_size, defaults.tile_size);
+  EXPECT_EQ(job.settings.aovs, defaults.aovs);
+}
+
+TEST(ParseJob, EverySetting) {
+  const JobRequest job = parsed(kByHash + R"(, "name": "übung", "image": {"width": 640, "height": 480},
+    "camera": {"type": "orthographic", "from": [0, 0, 1], "at": [0, 0, 0], "height": 3},
+    "settings": {"samples": 16, "jitter": false, "max_depth": 9, "seed": 18446744073709551615,
+                 "accel": {"kind": "brute"}, "screen_bounds": "off", "tile_size": 32,
+                 "aovs": ["object_id", "depth"]}})");
+  EXPECT_EQ(job.name, "übung");
+  EXPECT_EQ(std::get<OrthographicCamera>(job.camera.value()).height, 3);
+  EXPECT_EQ(job.settings.width, 640U);
+  EXPECT_EQ(job.settings.height, 480U);
+  EXPECT_EQ(job.settings.samples, 16U);
+  EXPECT_FALSE(job.settings.jitter);
+  EXPECT_EQ(job.settings.max_depth, 9U);
+  EXPECT_EQ(job.settings.seed, 18446744073709551615U);
+  EXPECT_EQ(job.settings.accel, AccelKind::brute);
+  EXPECT_EQ(job.settings.screen_bounds, ScreenBounds::off);
+  EXPECT_EQ(job.settings.tile_size, 32U);
+  EXPECT_EQ(job.settings.aovs, (std::set<Aov>{Aov::depth, Aov::object_id}));
+}
+
+TEST(ParseJob, WordsForStructureTilesAndAovs) {
+  const auto settings = [](const std::string& text) {
+    return parsed(kByHash + R"(, "image": {"width": 64, "height": 100}, "settings": {)" + text + "}}").settings;
+  };
+  EXPECT_EQ(settings(R"("accel": {"kind": "auto"})").accel, AccelKind::automatic);
+  EXPECT_EQ(settings(R"("accel": {"kind": "bvh"})").accel, AccelKind::bvh);
+  EXPECT_EQ(settings(R"("screen_bounds": "flat")").screen_bounds, ScreenBounds::flat);
+  EXPECT_EQ(settings(R"("tile_size": "auto")").tile_size, kAdaptiveTiles);
+  EXPECT_EQ(settings(R"("tile_size": "whole")").tile_size, 100U);
+  EXPECT_EQ(settings(R"("tile_size": 1)").tile_size, 1U);
+  EXPECT_EQ(settings(R"("aovs": ["normal", "primitive_id"])").aovs, (std::set<Aov>{Aov::normal, Aov::primitive_id}));
+}
+
+TEST(ParseJob, TheOrderOfKeysDoesNotMatter) {
+  const JobRequest job = parsed(
+      "{\"settings\": {\"tile_size\": \"whole\"}, \"image\": {\"height\": 8, \"width\": 99}, "
+      "\"scene\": \"" +
+      kHash + "\"}");
+  EXPECT_EQ(job.settings.tile_size, 99U);
+}
+
+TEST(ParseJob, AnInlineSceneIsTheSceneThatStandsAlone) {
+  const std::string text = R"({"camera": {"type": "perspective", "from": [0, 0, 5], "at": [0, 0, 0]},
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2},
+                {"type": "mesh", "positions": [], "triangles": []}]})";
+  const auto alone = parse_scene(text, NoFiles(), Limits());
+  ASSERT_TRUE(alone);
+  const JobRequest job = parsed("{\"name\": \"x\", \"scene\": " + text + "}");
+  const auto& scene = std::get<ParsedScene>(job.scene);
+  EXPECT_EQ(scene.hash, alone->hash);
+  EXPECT_EQ(std::get<Sphere>(scene.scene->shapes.at(0)).radius, 2);
+  EXPECT_FALSE(job.camera) << "the scene's camera stays the scene's";
+  ASSERT_EQ(scene.scene->warnings.size(), 1U);
+  EXPECT_EQ(scene.scene->warnings[0].pointer, "/objects/1") << "warnings point into the scene document";
+}
+
+TEST(ParseJob, PixelsAndSamplesAreLimited) {
+  const auto refused_at = [](const std::string& rest) -> std::string {
+    Limits limits;
+    limits.max_pixels = 100;
+    limits.max_samples = 1000;
+    const auto job = parse_job(kByHash + rest + "}", NoFiles(), limits);
+    return job ? "nowhere" : job.problem().errors.at(0).pointer;
+  };
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10})"), "nowhere");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 101, "height": 1})"), "/image");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 4294967295, "height": 4294967295})"), "/image");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 10})"), "nowhere");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 11})"), "/settings/samples");
+}
+
+}  // namespace
+}  // namespace tessera::proto

@@ -1,0 +1,325 @@
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "proto/parse.h"
+#include "tests/unit/proto/test_files.h"
+
+namespace tessera::proto {
+namespace {
+
+Scene parsed(std::string_view text) {
+  const auto result = parse_scene(text, NoFiles(), Limits());
+  if (!result) {
+    ADD_FAILURE() << result.problem().detail << result.problem().errors.at(0).pointer << " "
+                  << result.problem().errors.at(0).detail;
+    return {};
+  }
+  return *result->scene;
+}
+
+TEST(ParseScene, AnEmptySceneHasNothing) {
+  const Scene scene = parsed(R"({"objects": []})");
+  EXPECT_TRUE(scene.shapes.empty());
+  EXPECT_TRUE(scene.objects.empty());
+  EXPECT_TRUE(scene.materials.empty());
+  EXPECT_TRUE(scene.lights.empty());
+  EXPECT_EQ(scene.background, Rgb{});
+  EXPECT_FALSE(scene.camera);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(ParseScene, EveryInlineShape) {
+  const Scene scene = parsed(R"({"background": [0.25, 0.5, 1], "objects": [
+    {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1.5, -2e-1]], "triangles": [[0, 1, 2]],
+     "normals": [[0, 0, 1], [0, 0, 2], [0, 1, 0]]},
+    {"type": "sphere", "center": [1, 2, 3], "radius": 4},
+    {"type": "cylinder", "base": [1, 2, 3], "apex": [4, 5, 6], "radius": 7},
+    {"type": "cone", "base": [1, 2, 3], "base_radius": 4, "apex": [5, 6, 7], "apex_radius": 8},
+    {"type": "disk", "center": [1, 2, 3], "normal": [0, -5, 0], "radius": 4},
+    {"type": "quad", "corners": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}]})");
+  EXPECT_EQ(scene.background, (Rgb{0.25F, 0.5F, 1}));
+  ASSERT_EQ(scene.shapes.size(), 6U);
+  const auto& mesh = std::get<TriangleMesh>(scene.shapes[0]);
+  EXPECT_EQ(mesh.positions, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1.5F, -0.2F}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}}));
+  EXPECT_EQ(mesh.normals, (std::vector<Vec3>{{0, 0, 1}, {0, 0, 2}, {0, 1, 0}}));
+  const auto& sphere = std::get<Sphere>(scene.shapes[1]);
+  EXPECT_EQ(sphere.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(sphere.radius, 4);
+  const auto& cylinder = std::get<Cylinder>(scene.shapes[2]);
+  EXPECT_EQ(cylinder.base, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cylinder.apex, (Vec3{4, 5, 6}));
+  EXPECT_EQ(cylinder.radius, 7);
+  const auto& cone = std::get<Cone>(scene.shapes[3]);
+  EXPECT_EQ(cone.base, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cone.base_radius, 4);
+  EXPECT_EQ(cone.apex, (Vec3{5, 6, 7}));
+  EXPECT_EQ(cone.apex_radius, 8);
+  const auto& disk = std::get<Disk>(scene.shapes[4]);
+  EXPECT_EQ(disk.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(disk.normal.vec(), (Vec3{0, -1, 0}));
+  EXPECT_EQ(disk.radius, 4);
+  EXPECT_EQ(std::get<Quad>(scene.shapes[5]).corners[2], (Vec3{1, 1, 0}));
+  ASSERT_EQ(scene.objects.size(), 6U);
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(scene.objects[i].shape, i);
+    EXPECT_FALSE(scene.objects[i].placement);
+  }
+}
+
+TEST(ParseScene, ObjectsWithoutAMaterialAreGrey) {
+  const Scene scene = parsed(R"({"materials": {"red": {"type": "diffuse", "color": [1, 0, 0]}}, "objects": [
+    {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+    {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "red"},
+    {"type": "sphere", "center": [0, 0, 0], "radius": 1}]})");
+  ASSERT_EQ(scene.materials.size(), 2U);
+  EXPECT_EQ(scene.materials[scene.objects[0].material].diffuse, (Rgb{0.5F, 0.5F, 0.5F}));
+  EXPECT_EQ(scene.materials[scene.objects[1].material].diffuse, (Rgb{1, 0, 0}));
+  EXPECT_EQ(scene.objects[0].material, scene.objects[2].material);
+}
+
+TEST(ParseScene, EveryMaterialInTheOrderOfNames) {
+  const Scene scene = parsed(R"({"materials": {
+    "e": {"type": "whitted", "diffuse": [0.125, 0.25, 0.5], "specular": [1, 0, 0], "shininess": 3,
+          "reflect": [0, 1, 0], "transmit": [0, 0, 1], "ior": 1.5, "fresnel": true},
+    "d": {"type": "dielectric", "ior": 1.5, "color": [0, 1, 0]},
+    "c": {"type": "mirror", "color": [0.5, 1, 1]},
+    "b": {"type": "phong", "diffuse": [0.5, 0, 0], "specular": [1, 1, 1], "shininess": 20},
+    "a": {"type": "diffuse", "color": [0.25, 0.5, 0.75]},
+    "f": {"type": "whitted"}}, "objects": []})");
+  ASSERT_EQ(scene.materials.size(), 6U);
+  const auto expect = [&](std::size_t i, const Material& m) {
+    const Material& found = scene.materials[i];
+    EXPECT_EQ(found.diffuse, m.diffuse) << i;
+    EXPECT_EQ(found.specular, m.specular) << i;
+    EXPECT_EQ(found.shininess, m.shininess) << i;
+    EXPECT_EQ(found.reflect, m.reflect) << i;
+    EXPECT_EQ(found.transmit, m.transmit) << i;
+    EXPECT_EQ(found.ior, m.ior) << i;
+    EXPECT_EQ(found.fresnel, m.fresnel) << i;
+  };
+  const Rgb black{}, white{1, 1, 1};
+  expect(0, {{0.25F, 0.5F, 0.75F}, black, 1, black, black, 1, false});
+  expect(1, {{0.5F, 0, 0}, white, 20, black, black, 1, false});
+  expect(2, {black, black, 1, {0.5F, 1, 1}, black, 1, false});
+  expect(3, {black, black, 1, white, {0, 1, 0}, 1.5F, true});
+  expect(4, {{0.125F, 0.25F, 0.5F}, {1, 0, 0}, 3, {0, 1, 0}, {0, 0, 1}, 1.5F, true});
+  expect(5, Material{});
+}
+
+TEST(ParseScene, EveryLight) {
+  const Scene scene = parsed(R"({"objects": [], "lights": [
+    {"type": "point", "position": [1, 2, 3], "intensity": [4, 5, 6]},
+    {"type": "point", "position": [1, 2, 3], "intensity": [4, 5, 6], "falloff": "none"},
+    {"type": "directional", "direction": [0, -3, 4], "irradiance": [1, 2, 3]},
+    {"type": "ambient", "radiance": [0.5, 0.25, 0]}]})");
+  ASSERT_EQ(scene.lights.size(), 4U);
+  const auto& point = std::get<PointLight>(scene.lights[0]);
+  EXPECT_EQ(point.position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(point.intensity, (Rgb{4, 5, 6}));
+  EXPECT_TRUE(point.falls_off);
+  EXPECT_FALSE(std::get<PointLight>(scene.lights[1]).falls_off);
+  const auto& directional = std::get<DirectionalLight>(scene.lights[2]);
+  EXPECT_EQ(directional.direction.vec(), (Vec3{0, -0.6F, 0.8F}));
+  EXPECT_EQ(directional.irradiance, (Rgb{1, 2, 3}));
+  EXPECT_EQ(std::get<AmbientLight>(scene.lights[3]).radiance, (Rgb{0.5F, 0.25F, 0}));
+}
+
+TEST(ParseScene, Cameras) {
+  const Scene perspective = parsed(
+      R"({"objects": [], "camera": {"type": "perspective", "from": [1, 2, 3], "at": [0, 0, 0], "up": [0, 0, 1],
+          "fov": 90}})");
+  const auto& pinhole = std::get<PerspectiveCamera>(perspective.camera.value());
+  EXPECT_EQ(pinhole.view.from, (Vec3{1, 2, 3}));
+  EXPECT_EQ(pinhole.view.at, (Vec3{}));
+  EXPECT_EQ(pinhole.view.up, (Vec3{0, 0, 1}));
+  EXPECT_FLOAT_EQ(pinhole.vertical_fov, static_cast<float>(std::numbers::pi / 2));
+
+  const Scene defaults = parsed(R"({"objects": [], "camera": {"type": "perspective", "from": [1, 2, 3],
+                                    "at": [0, 0, 0]}})");
+  const auto& plain = std::get<PerspectiveCamera>(defaults.camera.value());
+  EXPECT_EQ(plain.view.up, (Vec3{0, 1, 0}));
+  EXPECT_FLOAT_EQ(plain.vertical_fov, static_cast<float>(std::numbers::pi / 4));
+
+  const Scene orthographic = parsed(R"({"objects": [], "camera": {"type": "orthographic", "from": [1, 2, 3],
+                                        "at": [0, 0, 0], "height": 2.5}})");
+  EXPECT_EQ(std::get<OrthographicCamera>(orthographic.camera.value()).height, 2.5F);
+  EXPECT_EQ(std::get<OrthographicCamera>(orthographic.camera.value()).view.from, (Vec3{1, 2, 3}));
+}
+
+TEST(ParseScene, InstancesShareTheirShape) {
+  const Scene scene = parsed(R"({"geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
+    "objects": [{"type": "instance", "of": "ball"}, {"type": "instance", "of": "ball", "transform": {"scale": 2}}]})");
+  ASSERT_EQ(scene.shapes.size(), 1U);
+  ASSERT_EQ(scene.objects.size(), 2U);
+  EXPECT_EQ(scene.objects[0].shape, 0U);
+  EXPECT_FALSE(scene.objects[0].placement);
+  EXPECT_EQ(scene.objects[1].shape, 0U);
+  EXPECT_TRUE(scene.objects[1].placement);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(ParseScene, GeometryThatNobodyPlacesIsLeftOutAndReported) {
+  const Scene scene = parsed(R"({"geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+      "a/b": {"type": "sphere", "center": [5, 0, 0], "radius": 2},
+      "c": {"type": "sphere", "center": [6, 0, 0], "radius": 3}},
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 7}, {"type": "instance", "of": "c"}]})");
+  ASSERT_EQ(scene.shapes.size(), 2U);
+  EXPECT_EQ(std::get<Sphere>(scene.shapes[scene.objects[0].shape]).radius, 7);
+  EXPECT_EQ(std::get<Sphere>(scene.shapes[scene.objects[1].shape]).radius, 3);
+  ASSERT_EQ(scene.warnings.size(), 2U);
+  EXPECT_EQ(scene.warnings[0].pointer, "/geometries/a~1b");
+  EXPECT_EQ(scene.warnings[1].pointer, "/geometries/ball");
+}
+
+/// Where a transform takes a point.
+Vec3 placed(const std::string& transform, Vec3d point) {
+  const Scene scene =
+      parsed(R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "transform": )" + transform + "}]}");
+  if (scene.objects.empty() || !scene.objects[0].placement) return {};
+  return to_float(scene.objects[0].placement->point_to_world(point));
+}
+
+TEST(ParseScene, Transforms) {
+  EXPECT_EQ(placed("[1, 0, 0, 10, 0, 2, 0, 20, 0, 0, 4, 30]", {1, 2, 3}), (Vec3{11, 24, 42}));
+  EXPECT_EQ(placed("[0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30, 0, 0, 0, 1]", {1, 2, 3}), (Vec3{8, 21, 33}));
+  EXPECT_EQ(placed(R"({"translate": [1, 2, 3]})", {1, 1, 1}), (Vec3{2, 3, 4}));
+  EXPECT_EQ(placed(R"({"scale": 2})", {1, 2, 3}), (Vec3{2, 4, 6}));
+  EXPECT_EQ(placed(R"({"scale": [1, -2, 4]})", {1, 1, 1}), (Vec3{1, -2, 4}));
+  // Quarter turns are exact.
+  EXPECT_EQ(placed(R"({"rotate": {"axis": [0, 0, 1], "degrees": 90}})", {1, 2, 3}), (Vec3{-2, 1, 3}));
+  EXPECT_EQ(placed(R"({"rotate": {"axis": [0, 0, 9], "degrees": -90}})", {1, 2, 3}), (Vec3{2, -1, 3}));
+  EXPECT_EQ(placed(R"({"rotate": {"axis": [1, 0, 0], "degrees": 180}})", {1, 2, 3}), (Vec3{1, -2, -3}));
+  EXPECT_EQ(placed(R"({"rotate": {"axis": [0, 1, 0], "degrees": 450}})", {1, 2, 3}), (Vec3{3, 2, -1}));
+  // A third of a turn about the diagonal takes each axis to the next.
+  const Vec3 turned = placed(R"({"rotate": {"axis": [1, 1, 1], "degrees": 120}})", {1, 2, 3});
+  EXPECT_NEAR(turned.x, 3, 1e-6);
+  EXPECT_NEAR(turned.y, 1, 1e-6);
+  EXPECT_NEAR(turned.z, 2, 1e-6);
+  // Scale, then rotate, then translate.
+  EXPECT_EQ(placed(R"({"translate": [10, 0, 0], "rotate": {"axis": [0, 0, 1], "degrees": 90}, "scale": [2, 1, 1]})",
+                   {1, 0, 0}),
+            (Vec3{10, 2, 0}));
+}
+
+TEST(ParseScene, DroppedTrianglesAreCountedAndReported) {
+  const Scene scene = parsed(R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1},
+    {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1e30], [0, 1, 0]],
+     "triangles": [[0, 1, 3], [0, 1, 2], [0, 1, 1], [0, 2, 4]]},
+    {"type": "mesh", "positions": [], "triangles": []}]})");
+  EXPECT_EQ(std::get<TriangleMesh>(scene.shapes[1]).triangles, (std::vector<TriangleIndices>{{0, 1, 2}}));
+  ASSERT_EQ(scene.warnings.size(), 2U);
+  EXPECT_EQ(scene.warnings[0].pointer, "/objects/1");
+  EXPECT_EQ(scene.warnings[0].detail,
+            "Dropped triangles: 1 with coordinates beyond 1e18, 2 with two corners at one place.");
+  EXPECT_EQ(scene.warnings[1].pointer, "/objects/2");
+}
+
+TEST(ParseScene, WarningsDoNotGrowWithoutBound) {
+  std::string text = R"({"objects": [)";
+  for (int i = 0; i < 500; ++i) text += R"({"type": "mesh", "positions": [], "triangles": []},)";
+  text.back() = ']';
+  const Scene scene = parsed(text + "}");
+  ASSERT_EQ(scene.warnings.size(), 101U);
+  EXPECT_EQ(scene.warnings.back().detail, "There are 400 more warnings.");
+}
+
+// ---- limits ----
+
+/// The one error of a document, as "pointer: detail".
+std::string only_error(std::string_view text, const Limits& limits) {
+  const auto result = parse_scene(text, NoFiles(), limits);
+  if (result) return "accepted";
+  EXPECT_EQ(result.problem().code, ProblemCode::invalid_document);
+  if (result.problem().errors.size() != 1) return std::to_string(result.problem().errors.size()) + " errors";
+  return result.problem().errors[0].pointer + ": " + result.problem().errors[0].detail;
+}
+
+constexpr std::string_view kThreeInstances = R"({"geometries": {"pair": {"type": "mesh",
+    "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "triangles": [[0, 1, 2], [1, 2, 3]]}}, "objects": [
+    {"type": "instance", "of": "pair"}, {"type": "instance", "of": "pair"}, {"type": "instance", "of": "pair"}]})";
+
+TEST(ParseScene, PrimitivesAreLimitedWithInstancesCounted) {
+  Limits limits;
+  limits.max_primitives = 6;
+  EXPECT_EQ(only_error(kThreeInstances, limits), "accepted");
+  limits.max_primitives = 5;
+  EXPECT_TRUE(only_error(kThreeInstances, limits).starts_with("/objects/2: The scene has more than 5 primitives"));
+}
+
+TEST(ParseScene, ObjectsAreLimited) {
+  Limits limits;
+  limits.max_objects = 3;
+  EXPECT_EQ(only_error(kThreeInstances, limits), "accepted");
+  limits.max_objects = 2;
+  EXPECT_TRUE(only_error(kThreeInstances, limits).starts_with("/objects/2: The scene has more than 2 objects"));
+}
+
+TEST(ParseScene, MemoryIsLimited) {
+  Limits limits;
+  limits.max_scene_bytes = sizeof(Shape) + 4 * sizeof(Vec3) + 2 * sizeof(TriangleIndices) + 3 * sizeof(Object);
+  EXPECT_EQ(only_error(kThreeInstances, limits), "accepted");
+  --limits.max_scene_bytes;
+  EXPECT_TRUE(only_error(kThreeInstances, limits).starts_with("/objects/2: The scene takes more than"));
+  limits.max_scene_bytes = sizeof(Shape);
+  const auto result = parse_scene(kThreeInstances, NoFiles(), limits);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().errors.at(0).pointer, "/geometries/pair");
+}
+
+TEST(ParseScene, DepthIsLimited) {
+  Limits limits;
+  limits.max_depth = 4;
+  EXPECT_EQ(only_error(R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]})", limits), "accepted");
+  const auto result = parse_scene(R"({"objects": [[[[[]]]]]})", NoFiles(), limits);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().code, ProblemCode::malformed_json);
+}
+
+TEST(ParseScene, AtMostTwentyErrorsAreCollected) {
+  std::string text = R"({"objects": [)";
+  for (int i = 0; i < 100; ++i) text += "{},";
+  text.back() = ']';
+  const auto result = parse_scene(text + "}", NoFiles(), Limits());
+  ASSERT_FALSE(result);
+  ASSERT_EQ(result.problem().errors.size(), kMaxFieldErrors);
+  EXPECT_EQ(result.problem().errors.back().pointer, "/objects/19");
+  EXPECT_EQ(result.problem().detail, "The scene document has at least 20 errors; `errors` says where.");
+}
+
+TEST(ParseScene, LongTextsOfTheUserAreCutInMessages) {
+  const auto result = parse_scene(R"({"objects": [], ")" + std::string(100'000, 'x') + R"(": 1})", NoFiles(), Limits());
+  ASSERT_FALSE(result);
+  EXPECT_LT(to_json(result.problem()).dump().size(), 2000U);
+}
+
+TEST(ParseScene, MessagesSayWhatWasFoundAndHowToMendIt) {
+  EXPECT_EQ(only_error(R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": "wide"}]})", Limits()),
+            "/objects/0/radius: Expected a number greater than 0 and less than 1e18, found the string \"wide\".");
+  EXPECT_EQ(only_error(R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "r": 2}]})", Limits()),
+            "/objects/0/r: Unknown field \"r\": a sphere has only type, material, transform, center, radius.");
+  EXPECT_EQ(only_error(R"({"objects": [{"type": "torus"}]})", Limits()),
+            "/objects/0/type: Expected one of the strings mesh, sphere, cylinder, cone, disk, quad, file, instance, "
+            "found the string \"torus\".");
+  EXPECT_EQ(only_error(R"({"materials": {"red": {"type": "whitted"}, "blue": {"type": "whitted"}},
+                           "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "rde"}]})",
+                       Limits()),
+            "/objects/0/material: Nothing in \"materials\" is named \"rde\": there are \"blue\", \"red\".");
+  EXPECT_EQ(
+      only_error(R"({"objects": [{"type": "mesh", "positions": [[0, 0, 0]], "triangles": [[0, 0, 1]]}]})", Limits()),
+      "/objects/0/triangles/0/2: Index 1 is out of range: with this many positions, 0 to 0 will do.");
+}
+
+TEST(ParseScene, ASourceOfFilesThatThrowsIsAnInternalErrorAndNotACrash) {
+  struct Throwing : NoFiles {
+    Result<SourceFile> asset(std::string_view) const override { throw std::runtime_error("disk on fire"); }
+  };
+  const auto result = parse_scene(R"({"objects": [{"type": "file", "path": "a.obj"}]})", Throwing(), Limits());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().code, ProblemCode::internal_error);
+}
+
+}  // namespace
+}  // namespace tessera::proto

@@ -1,0 +1,166 @@
+#include <gtest/gtest.h>
+
+#include "proto/parse.h"
+#include "tests/unit/proto/test_files.h"
+
+namespace tessera::proto {
+namespace {
+
+constexpr std::string_view kPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+constexpr std::string_view kObj =
+    "mtllib colours.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n"
+    "usemtl red\nf 1 2 3\nusemtl grey\nf 2 4 3\n";
+constexpr std::string_view kMtl = "newmtl red\nKd 1 0 0\nnewmtl grey\nKd 0.5 0.5 0.5\n";
+constexpr std::string_view kOtherMtl = "newmtl red\nKd 0.5 0 0\nnewmtl grey\nKd 0.25 0.25 0.25\n";
+
+constexpr std::string_view kNff =
+    "b 1 0 0\nv\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 512 512\n"
+    "l 3 4 5\nf 1 1 1 1 0 0 0 1\ns 0 0 0 1\ns 2 0 0 1\n";
+
+ParsedScene parsed(const std::string& text, const FileSource& files) {
+  auto result = parse_scene(text, files, Limits());
+  if (!result) {
+    for (const auto& e : result.problem().errors) ADD_FAILURE() << e.pointer << ": " << e.detail;
+    ADD_FAILURE() << result.problem().detail;
+    return {std::make_shared<const Scene>(), ""};
+  }
+  return *result;
+}
+
+std::string objects(const std::string& list) { return R"({"objects": [)" + list + "]}"; }
+
+TEST(SceneFiles, AFileThatIsNamedTwiceIsReadOnceAndShared) {
+  TestFiles files;
+  files.add_asset("sub/triangle.ply", kPly);
+  const ContentHash blob = files.add_blob(kPly);
+  const auto twice = parsed(objects(R"({"type": "file", "path": "sub/triangle.ply"},
+    {"type": "file", "path": "sub/triangle.ply", "format": "ply", "transform": {"scale": 2}})"),
+                            files);
+  ASSERT_EQ(twice.scene->shapes.size(), 1U);
+  ASSERT_EQ(twice.scene->objects.size(), 2U);
+  EXPECT_EQ(twice.scene->objects[1].shape, 0U);
+  EXPECT_EQ(std::get<TriangleMesh>(twice.scene->shapes[0]).positions,
+            (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+
+  const std::string by_blob = R"({"type": "file", "format": "ply", "blob": ")" + blob + "\"}";
+  const auto blobs = parsed(R"({"geometries": {"t": )" + by_blob + R"(}, "objects": [)" + by_blob +
+                                R"(, {"type": "instance", "of": "t"}, {"type": "instance", "of": "t"}]})",
+                            files);
+  EXPECT_EQ(blobs.scene->shapes.size(), 1U);
+  EXPECT_EQ(blobs.scene->objects.size(), 3U);
+}
+
+TEST(SceneFiles, PartsKeepTheFilesMaterialsUnlessTheObjectNamesOne) {
+  TestFiles files;
+  files.add_asset("a/model.obj", kObj);
+  files.add_asset("a/colours.mtl", kMtl);
+  const auto scene = parsed(R"({"materials": {"gold": {"type": "diffuse", "color": [1, 0.5, 0]}},
+    "geometries": {"m": {"type": "file", "path": "a/model.obj"}}, "objects": [
+    {"type": "instance", "of": "m"}, {"type": "file", "path": "a/model.obj", "material": "gold"}]})",
+                            files)
+                         .scene;
+  ASSERT_EQ(scene->shapes.size(), 2U);
+  ASSERT_EQ(scene->objects.size(), 4U);
+  const auto diffuse = [&](std::size_t object) { return scene->materials[scene->objects[object].material].diffuse; };
+  EXPECT_EQ(diffuse(2), (Rgb{1, 0.5F, 0}));
+  EXPECT_EQ(diffuse(3), (Rgb{1, 0.5F, 0}));
+  EXPECT_EQ(diffuse(0).g, 0) << "red";
+  EXPECT_EQ(diffuse(1).r, diffuse(1).g) << "grey";
+  EXPECT_EQ(scene->objects[0].shape, scene->objects[2].shape);
+}
+
+TEST(SceneFiles, CompanionsComeFromBesideAPathOrByNameWithABlob) {
+  TestFiles files;
+  files.add_asset("a/model.obj", kObj);
+  files.add_asset("b/model.obj", kObj);
+  files.add_asset("a/colours.mtl", kMtl);
+  files.add_asset("b/colours.mtl", kOtherMtl);
+  const ContentHash model = files.add_blob(kObj), colours = files.add_blob(kMtl), other = files.add_blob(kOtherMtl);
+  const auto blob = [&](const ContentHash& mtl) {
+    return R"({"type": "file", "format": "obj", "blob": ")" + model + R"(", "companions": {"colours.mtl": ")" + mtl +
+           "\"}}";
+  };
+  const auto red = [&](const std::string& list, std::size_t object) {
+    const auto scene = parsed(objects(list), files).scene;
+    return scene->materials.at(scene->objects.at(object).material).diffuse.r;
+  };
+  const float full = red(R"({"type": "file", "path": "a/model.obj"})", 0);
+  const float half = red(R"({"type": "file", "path": "b/model.obj"})", 0);
+  EXPECT_NE(full, half);
+  EXPECT_EQ(red(blob(colours), 0), full);
+  EXPECT_EQ(red(blob(other), 0), half);
+  // The same model under two sets of companions is not one.
+  EXPECT_EQ(red(blob(colours) + ", " + blob(other), 2), half);
+  EXPECT_EQ(red(R"({"type": "file", "path": "a/model.obj"}, {"type": "file", "path": "b/model.obj"})", 2), half);
+}
+
+TEST(SceneFiles, CompanionsThatAreMissingOrUselessAreWarnings) {
+  TestFiles files;
+  const ContentHash model = files.add_blob(kObj), note = files.add_blob("hello");
+  const auto without = parsed(objects(R"({"type": "file", "format": "obj", "blob": ")" + model + "\"}"), files);
+  EXPECT_FALSE(without.scene->warnings.empty());
+  const auto useless = parsed(objects(R"({"type": "file", "format": "obj", "blob": ")" + model +
+                                      R"(", "companions": {"note.txt": ")" + note + "\"}}"),
+                              files);
+  ASSERT_EQ(useless.scene->warnings.size(), without.scene->warnings.size() + 1);
+  EXPECT_EQ(useless.scene->warnings.back().pointer, "/objects/0");
+  EXPECT_NE(useless.scene->warnings.back().detail.find("note.txt"), std::string::npos);
+}
+
+TEST(SceneFiles, AnMtlLibraryOutsideTheAssetRootIsNotThere) {
+  TestFiles files;
+  files.add_asset("climbing.obj",
+                  "mtllib ../../../../etc/passwd\nmtllib /etc/passwd\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const auto scene = parsed(objects(R"({"type": "file", "path": "climbing.obj"})"), files).scene;
+  EXPECT_EQ(scene->objects.size(), 1U);
+  EXPECT_FALSE(scene->warnings.empty());
+}
+
+TEST(SceneFiles, ABrokenFileIsSaidOnceWithItsLine) {
+  TestFiles files;
+  files.add_asset("broken.ply", "ply\nformat ascii 1.0\nnonsense\n");
+  const auto result = parse_scene(
+      objects(R"({"type": "file", "path": "broken.ply"}, {"type": "file", "path": "broken.ply"})"), files, Limits());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().code, ProblemCode::invalid_document);
+  ASSERT_EQ(result.problem().errors.size(), 1U);
+  EXPECT_TRUE(result.problem().errors[0].pointer.starts_with("broken.ply")) << result.problem().errors[0].pointer;
+}
+
+TEST(SceneFiles, AnNffBringsWhatTheDocumentLacks) {
+  TestFiles files;
+  files.add_asset("scene.nff", kNff);
+  const auto whole = parsed(objects(R"({"type": "file", "path": "scene.nff"})"), files).scene;
+  EXPECT_EQ(whole->objects.size(), 2U);
+  EXPECT_EQ(whole->background.r, 1);
+  EXPECT_EQ(std::get<PerspectiveCamera>(whole->camera.value()).view.from, (Vec3{0, 0, 5}));
+  const std::size_t nff_lights = whole->lights.size();
+  EXPECT_GE(nff_lights, 1U);
+
+  const auto mixed = parsed(R"({"objects": [{"type": "file", "path": "scene.nff"}], "background": [0, 0, 1],
+    "camera": {"type": "orthographic", "from": [0, 0, 9], "at": [0, 0, 0], "height": 3},
+    "lights": [{"type": "ambient", "radiance": [0.125, 0, 0]}]})",
+                            files)
+                         .scene;
+  EXPECT_EQ(mixed->background, (Rgb{0, 0, 1}));
+  EXPECT_EQ(std::get<OrthographicCamera>(mixed->camera.value()).height, 3);
+  ASSERT_EQ(mixed->lights.size(), nff_lights + 1);
+  EXPECT_EQ(std::get<AmbientLight>(mixed->lights[0]).radiance.r, 0.125F) << "the document's lights come first";
+}
+
+TEST(SceneFiles, AFileLargerThanTheSceneMayBeIsRefusedUnread) {
+  TestFiles files;
+  files.add_asset("triangle.ply", std::string(kPly) + std::string(5000, '\n'));
+  Limits limits;
+  limits.max_scene_bytes = 2000;
+  const auto result = parse_scene(objects(R"({"type": "file", "path": "triangle.ply"})"), files, limits);
+  ASSERT_FALSE(result);
+  ASSERT_EQ(result.problem().errors.size(), 1U);
+  EXPECT_EQ(result.problem().errors[0].pointer, "/objects/0");
+}
+
+}  // namespace
+}  // namespace tessera::proto

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
+#include <cstdlib>
 #include <new>
+#include <utility>
 
 #include "proto/import/broken_file.h"
 #include "proto/import/nff.h"
+#include "proto/import/obj.h"
 #include "proto/import/ply.h"
+#include "proto/import/read_file.h"
 
 namespace tessera::proto {
 namespace {
@@ -15,35 +18,18 @@ namespace {
 /// Indices are 32 bits wide: a file up to this size can't hold more vertices or corners than that.
 constexpr std::uintmax_t kLargestFile = 4ULL << 30;
 
-[[noreturn]] void fail(std::string_view name, std::string detail) {
-  throw BrokenFile{{{file_place(name, 0), std::move(detail)}}};
-}
-
-/// Reads, and doesn't map: a mapped file that somebody truncates would raise SIGBUS.
-std::string read_whole(const std::filesystem::path& path, std::string_view name) {
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) fail(name, "The file can't be opened");
-  if (size > kLargestFile) fail(name, "The file is larger than 4 GiB: cut it into parts");
-  std::string bytes(size, '\0');
-  std::ifstream file(path, std::ios::binary);
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) fail(name, "The file can't be read to its end");
-  return bytes;
-}
-
 Imported read(const std::filesystem::path& path, FileFormat format, std::string_view name,
               const CompanionSource& companions) {
-  const std::string bytes = read_whole(path, name);
+  std::string bytes = read_file(path, name, kLargestFile);
   switch (format) {
     case FileFormat::nff:
       return import_nff(bytes, name);
     case FileFormat::ply:
       return import_ply(bytes, name);
     case FileFormat::obj:
-      break;
+      return import_obj(std::move(bytes), name, companions);
   }
-  static_cast<void>(companions);
-  fail(name, "This format can't be read yet");
+  std::abort();
 }
 
 }  // namespace

@@ -26,6 +26,13 @@ float out_of_range_value(std::string_view text) {
   return point - place + exponent > 0 ? std::numeric_limits<float>::infinity() : 0;
 }
 
+/// How Microsoft's older libraries print what isn't finite: 1.#INF, 1.#IND000, 1.#QNAN.
+std::optional<float> parse_microsoft(std::string_view text) {
+  if (text.starts_with("1.#INF")) return std::numeric_limits<float>::infinity();
+  if (text.starts_with("1.#")) return std::numeric_limits<float>::quiet_NaN();
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<float> parse_float(std::string_view text) {
@@ -35,7 +42,11 @@ std::optional<float> parse_float(std::string_view text) {
 
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::invalid_argument) return std::nullopt;
+  if (end != text.data() + text.size()) {
+    const std::optional<float> special = parse_microsoft(text);
+    return special && negative ? -*special : special;
+  }
   if (error == std::errc::result_out_of_range) value = out_of_range_value(text);
   return negative ? -value : value;
 }

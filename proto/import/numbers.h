@@ -8,7 +8,8 @@
 namespace tessera::proto {
 
 /// Reads the whole of `text` as a decimal number, whatever the locale: "1", "+1", "1.", ".5", "1e+5", "nan",
-/// "-inf". Beyond float's range it is ±infinity, below it ±0. Nothing for anything else ("0x10", "1,5", "1e", "").
+/// "-inf", Microsoft's "1.#INF". Beyond float's range it is ±infinity, below it ±0. Nothing for anything else ("0x10",
+/// "1,5", "1e", "").
 std::optional<float> parse_float(std::string_view text);
 
 /// Reads the whole of `text` as a decimal integer, with an optional sign; nothing when it isn't one or doesn't fit.

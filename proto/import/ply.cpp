@@ -100,7 +100,7 @@ class PlyReader {
   }
 
   void note_unused(const PlyElement& element, const std::string& names) {
-    if (!names.empty()) notes_.add("Of the element \"" + element.name + "\" is ignored:" + names, element.line);
+    if (!names.empty()) notes_.add("Of the element \"" + element.name + "\" is ignored:" + names.substr(0, 200), element.line);
   }
 
   static std::uint64_t least_size(const PlyElement& element) {
@@ -138,7 +138,7 @@ class PlyReader {
         read_faces(element, following);
       } else {
         if (holds_faces(element)) later.emplace_back(&element, body_);
-        for_each(element, following, [](const PlyProperty&) { return false; });
+        for_each(element, following, [](std::size_t) { return false; });
       }
     }
     if (body_.rest().find_first_not_of(" \t\r\n") != std::string_view::npos) {
@@ -150,15 +150,17 @@ class PlyReader {
     }
   }
 
-  /// Calls `take(property)` for every property of every element of the kind; where it takes none, skips it.
+  /// Calls `take(i)` for every property i of every element of the kind; where it doesn't take it, skips it.
   template <typename Take>
   void for_each(const PlyElement& element, std::uint64_t following, const Take& take) {
     if (element.properties.empty()) return;
     const std::uint64_t size = least_size(element);
     for (index_ = 0; index_ < element.count; ++index_) {
       body_.expect_after(following + (element.count - index_ - 1) * size);
-      for (const PlyProperty& property : element.properties) {
-        if (!take(property)) body_.skip(property.type, property.count_type ? list_length(element, property) : 1);
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        if (take(i)) continue;
+        const PlyProperty& property = element.properties[i];
+        body_.skip(property.type, property.count_type ? list_length(element, property) : 1);
       }
     }
   }
@@ -176,19 +178,24 @@ class PlyReader {
   void read_vertices(const PlyElement& element, std::uint64_t following) {
     mesh_.positions.resize(element.count);
     if (has_normals_) mesh_.normals.resize(element.count);
-    for_each(element, following, [&](const PlyProperty& property) {
-      const std::size_t coordinate = coordinate_of(property);
+    std::vector<std::size_t> coordinates;
+    for (const PlyProperty& property : element.properties) coordinates.push_back(coordinate_of(property));
+    for_each(element, following, [&](std::size_t i) {
+      const std::size_t coordinate = coordinates[i];
       if (coordinate >= (has_normals_ ? 6U : 3U)) return false;
       Vec3& target = coordinate < 3 ? mesh_.positions[index_] : mesh_.normals[index_];
-      target[static_cast<int>(coordinate % 3)] = body_.number(property.type);
+      target[static_cast<int>(coordinate % 3)] = body_.number(element.properties[i].type);
       return true;
     });
   }
 
   void read_faces(const PlyElement& element, std::uint64_t following) {
     const bool are_strips = element.name == "tristrips";
-    for_each(element, following, [&](const PlyProperty& property) {
-      if (!is_index_list(property)) return false;
+    const auto list = static_cast<std::size_t>(
+        std::find_if(element.properties.begin(), element.properties.end(), is_index_list) - element.properties.begin());
+    const PlyProperty& property = element.properties[list];
+    for_each(element, following, [&](std::size_t i) {
+      if (i != list) return false;
       corners_.clear();
       for (std::uint64_t left = list_length(element, property); left > 0; --left) {
         const std::int64_t index = body_.integer(property.type);

@@ -25,6 +25,10 @@ constexpr std::array kTypes{
     TypeName{"float", "float32", PlyScalar::float32, 4}, TypeName{"double", "float64", PlyScalar::float64, 8},
 };
 
+/// Beyond these a header isn't one that anybody wrote; looking names up takes time in its square.
+constexpr std::size_t kMostStatements = 1024;
+constexpr std::size_t kLongestStatement = 1024;
+
 class HeaderReader {
  public:
   HeaderReader(std::string_view bytes, std::string_view file_name) : bytes_(bytes), file_name_(file_name) {}
@@ -63,6 +67,8 @@ class HeaderReader {
     TextCursor words(line, TextCursor::kNoComment);
     const std::string_view keyword = words.next();
     if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return;
+    if (++statements_ > kMostStatements) fail("The header has too many statements");
+    if (line.size() > kLongestStatement) fail("This statement is too long");
     if (keyword == "format") {
       read_format(words);
     } else if (keyword == "element") {
@@ -136,6 +142,7 @@ class HeaderReader {
   char line_end_ = '\n';
   std::size_t at_ = 0;
   std::size_t line_ = 0;
+  std::size_t statements_ = 0;
   bool has_format_ = false;
   PlyHeader header_;
 };

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "proto/import/import.h"
+
+namespace tessera {
+
+/// What an import of `file_bytes` bytes may never give, whatever the file says; empty when all is well.
+inline std::string fault_of_import(const proto::Imported& imported, std::size_t file_bytes) {
+  std::size_t heap = 0;
+  for (const proto::ImportedPart& part : imported.parts) {
+    if (part.material && *part.material >= imported.materials.size()) return "a material out of range";
+    const auto* mesh = std::get_if<TriangleMesh>(&part.shape);
+    if (mesh == nullptr) {
+      const Aabb box = bounds(part.shape);
+      if (!is_finite(box.lo) || !is_finite(box.hi)) return "a shape that isn't finite";
+      continue;
+    }
+    if (mesh->triangles.empty()) return "a mesh without triangles";
+    if (!mesh->normals.empty() && mesh->normals.size() != mesh->positions.size()) return "a normal too many or few";
+    heap += mesh->positions.size() * 24 + mesh->triangles.size() * 12;
+    for (const TriangleIndices& t : mesh->triangles) {
+      for (const std::uint32_t corner : t) {
+        if (corner >= mesh->positions.size()) return "an index out of range";
+        if (!is_finite(mesh->positions[corner])) return "a corner that isn't finite";
+        if (!mesh->normals.empty() && !is_finite(mesh->normals[corner])) return "a normal that isn't finite";
+      }
+    }
+  }
+  for (const Material& m : imported.materials) {
+    for (const Rgb c : {m.diffuse, m.specular, m.reflect, m.transmit}) {
+      if (!is_finite(c) || std::min({c.r, c.g, c.b}) < 0) return "a material that isn't finite, or is negative";
+    }
+    if (!(m.ior > 0) || !(m.shininess >= 0)) return "a material with an impossible index or shininess";
+  }
+  if (heap > 64 * file_bytes + 4096) return "more memory than a small multiple of the file";
+  if (imported.parts.empty() && imported.warnings.empty()) return "nothing imported, and no word about it";
+  return "";
+}
+
+/// What a refusal must have.
+inline std::string fault_of_refusal(const proto::Problem& problem, std::string_view file_name) {
+  if (problem.code != proto::ProblemCode::invalid_document) return "not invalid_document";
+  if (problem.errors.empty() || problem.errors.size() > proto::kMaxFieldErrors) return "no errors, or too many";
+  for (const proto::FieldError& error : problem.errors) {
+    if (!error.pointer.starts_with(file_name) || error.detail.empty()) return "an error that doesn't name its place";
+  }
+  return "";
+}
+
+}  // namespace tessera

@@ -1,0 +1,78 @@
+#include "proto/import/import.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+namespace tessera::proto {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(FormatOf, GoesByTheEndingInAnyCase) {
+  EXPECT_EQ(format_of("a.obj"), FileFormat::obj);
+  EXPECT_EQ(format_of("folder.ply/b.PLY"), FileFormat::ply);
+  EXPECT_EQ(format_of(".nff"), FileFormat::nff);
+  EXPECT_EQ(format_of("obj"), std::nullopt);
+  EXPECT_EQ(format_of("a.obj.gz"), std::nullopt);
+  EXPECT_EQ(format_of(""), std::nullopt);
+}
+
+class ImportFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    const testing::TestInfo& test = *testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / (std::string("tessera_import_") + test.name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Result<Imported> import(const std::string& text, FileFormat format) {
+    std::ofstream(folder_ / "file", std::ios::binary) << text;
+    return import_file(folder_ / "file", format, "shown", nullptr);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(ImportFile, ReadsEachFormat) {
+  EXPECT_EQ(import("s 0 0 0 1\n", FileFormat::nff)->parts.size(), 1U);
+  EXPECT_EQ(import("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", FileFormat::obj)->parts.size(), 1U);
+  EXPECT_EQ(import("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                   "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 1 1 0 3 0 1 2\n",
+                   FileFormat::ply)
+                ->parts.size(),
+            1U);
+}
+
+TEST_F(ImportFile, GivesABrokenFileAsAProblemWithItsPlace) {
+  for (const FileFormat format : {FileFormat::nff, FileFormat::obj, FileFormat::ply}) {
+    const Result<Imported> result = import("ply\nf what\n", format);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.problem().code, ProblemCode::invalid_document);
+    ASSERT_EQ(result.problem().errors.size(), 1U);
+    EXPECT_TRUE(result.problem().errors[0].pointer.starts_with("shown:"));
+  }
+}
+
+TEST_F(ImportFile, RefusesWhatIsNoReadableFile) {
+  for (const fs::path& path : {folder_ / "missing", folder_}) {
+    const Result<Imported> result = import_file(path, FileFormat::obj, "shown", nullptr);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.problem().code, ProblemCode::invalid_document);
+    EXPECT_EQ(result.problem().errors.at(0).pointer, "shown");
+  }
+}
+
+TEST_F(ImportFile, RefusesAFileBeyondTheLargestBeforeReadingIt) {
+  const fs::path sparse = folder_ / "sparse";
+  std::ofstream(sparse).put('v');
+  std::error_code error;
+  fs::resize_file(sparse, (4ULL << 30) + 1, error);
+  if (error) GTEST_SKIP() << "no sparse files of 4 GiB here: " << error.message();
+  EXPECT_FALSE(import_file(sparse, FileFormat::obj, "shown", nullptr));
+}
+
+}  // namespace
+}  // namespace tessera::proto

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace tessera {
 
@@ -32,15 +33,15 @@ constexpr Vec<T> operator-(Vec<T> a) {
   return {-a.x, -a.y, -a.z};
 }
 template <typename T>
-constexpr Vec<T> operator*(Vec<T> a, T s) {
+constexpr Vec<T> operator*(Vec<T> a, std::type_identity_t<T> s) {
   return {a.x * s, a.y * s, a.z * s};
 }
 template <typename T>
-constexpr Vec<T> operator*(T s, Vec<T> a) {
+constexpr Vec<T> operator*(std::type_identity_t<T> s, Vec<T> a) {
   return a * s;
 }
 template <typename T>
-constexpr Vec<T> operator/(Vec<T> a, T s) {
+constexpr Vec<T> operator/(Vec<T> a, std::type_identity_t<T> s) {
   return {a.x / s, a.y / s, a.z / s};
 }
 

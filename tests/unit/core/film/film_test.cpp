@@ -1,0 +1,39 @@
+#include "core/film/film.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+TEST(Film, TakesTilesInAnyOrderAndShowsWhatIsThere) {
+  const std::set<Aov> aovs{Aov::depth, Aov::object_id};
+  const PixelRect left{0, 0, 2, 3}, right{2, 0, 5, 3};
+  Film film(5, 3, aovs, {left, right});
+  Pixels tile(right, aovs);
+  tile.color[tile.index(4, 2)] = {1, 2, 3};
+  tile.depth[tile.index(2, 0)] = 7;
+  film.store(1, tile);
+  EXPECT_EQ(film.tiles_stored(), 1U);
+  EXPECT_FALSE(film.complete());
+
+  std::vector<std::uint8_t> done;
+  const Pixels part = film.snapshot(&done);
+  EXPECT_EQ(part.color[part.index(4, 2)], (Rgb{1, 2, 3}));
+  EXPECT_EQ(part.depth[part.index(2, 0)], 7);
+  EXPECT_EQ(part.depth[part.index(0, 0)], kInfinity);
+  EXPECT_EQ(part.object_id[part.index(0, 0)], kNoId);
+  EXPECT_EQ(done, (std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1}));
+  EXPECT_TRUE(part.normal.empty()) << "not asked for";
+
+  film.store(0, Pixels(left, aovs));
+  EXPECT_TRUE(film.complete());
+  EXPECT_EQ(film.pixels().color[film.pixels().index(4, 2)], (Rgb{1, 2, 3}));
+}
+
+TEST(Film, TellsItsSizeBeforehand) {
+  EXPECT_EQ(Film::memory_bytes(10, 10, {}), 1200U);
+  EXPECT_EQ(Film::memory_bytes(1 << 20, 1 << 20, {Aov::normal, Aov::depth}), (1ULL << 40) * 28);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -47,7 +47,7 @@ TEST(BoxTree, VisitsEveryItemThatTheRayEnters) {
 
 TEST(BoxTree, LeavesOutWhatLiesBeyondTheLimit) {
   const BoxTree tree(random_boxes(1, 2000));
-  EXPECT_LT(visited(tree, kAlongX, 5).size(), visited(tree, kAlongX).size());
+  EXPECT_LT(visited(tree, kAlongX, 4.2F).size(), visited(tree, kAlongX).size());
 }
 
 TEST(BoxTree, StopsWhenTold) {

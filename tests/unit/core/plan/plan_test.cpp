@@ -1,0 +1,60 @@
+#include "core/plan/plan.h"
+
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scenes.h"
+
+namespace tessera {
+namespace {
+
+std::map<std::string, std::uint64_t> skips(const Plan& plan) {
+  std::map<std::string, std::uint64_t> out;
+  for (const Skip& s : plan.skips) out[s.what] = s.count;
+  return out;
+}
+
+TEST(Plan, BuildsNothingForAHandfulAndATreeForMore) {
+  EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), {}).accel, AccelKind::brute);
+  EXPECT_EQ(make_plan(*mixed_scene(), mixed_camera(), {}).accel, AccelKind::bvh);
+  Settings asked;
+  asked.accel = AccelKind::bvh;
+  EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), asked).accel, AccelKind::bvh);
+}
+
+TEST(Plan, CountsPrimitivesOfEveryInstance) {
+  SceneBuilder b;
+  const auto mesh = b.shape(icosphere(0));
+  b.place(mesh).place(mesh, 0, placed({1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0})).add(Sphere{});
+  EXPECT_EQ(make_plan(*b.build(), mixed_camera(), {}).primitives, 41U);
+}
+
+TEST(Plan, SaysWhatItSkips) {
+  const auto sparse = skips(make_plan(*sparse_scene(), mixed_camera(), {}));
+  EXPECT_GT(sparse.at("tiles"), 0U);
+  EXPECT_GT(sparse.at("camera_rays"), 512U * 512U * 3 / 4);
+  EXPECT_TRUE(sparse.contains("reflection_rays"));
+  EXPECT_TRUE(sparse.contains("refraction_rays"));
+  EXPECT_FALSE(sparse.contains("shadow_rays"));
+  EXPECT_FALSE(sparse.contains("structure"));
+
+  const auto mixed = skips(make_plan(*mixed_scene(), mixed_camera(), {}));
+  EXPECT_EQ(mixed.at("objects"), 1U) << "the sphere behind the camera";
+  EXPECT_FALSE(mixed.contains("reflection_rays"));
+  EXPECT_FALSE(mixed.contains("refraction_rays"));
+}
+
+TEST(Plan, NeedsNoStructureWhereNothingProjects) {
+  const auto behind = SceneBuilder().add(Sphere{{0, 0, 50}, 1}).light(AmbientLight{}).build();
+  const Plan plan = make_plan(*behind, mixed_camera(), {});
+  EXPECT_FALSE(needs_structure(plan));
+  EXPECT_TRUE(skips(plan).contains("structure"));
+  EXPECT_TRUE(skips(plan).contains("shadow_rays"));
+  Settings off;
+  off.screen_bounds = ScreenBounds::off;
+  EXPECT_TRUE(needs_structure(make_plan(*behind, mixed_camera(), off)));
+}
+
+}  // namespace
+}  // namespace tessera

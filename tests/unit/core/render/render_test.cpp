@@ -1,0 +1,65 @@
+#include "core/render/render.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/image.h"
+#include "tests/support/scenes.h"
+
+namespace tessera {
+namespace {
+
+Settings small() {
+  Settings s;
+  s.width = s.height = 16;
+  s.aovs = {Aov::depth, Aov::normal, Aov::primitive_id, Aov::object_id};
+  s.jitter = false;
+  return s;
+}
+
+const Camera kAbove = OrthographicCamera{{{0, 5, 0}, {0, 0, 0}, {0, 0, -1}}, 4};
+
+TEST(Render, RecordsWhatThePixelsFirstSampleMeets) {
+  TriangleMesh quad;
+  quad.positions = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+  quad.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const auto scene = SceneBuilder().add(Sphere{{50, 0, 0}, 1}).add(quad).build();
+  const Pixels p = render_image(scene, kAbove, small()).pixels;
+  const std::size_t inside = p.index(9, 6), outside = p.index(1, 1);  // x > −z: the second triangle's side
+  EXPECT_EQ(p.depth[inside], 5);
+  EXPECT_EQ(p.normal[inside], (Vec3{0, 1, 0}));
+  EXPECT_EQ(p.object_id[inside], 1U);
+  EXPECT_EQ(p.primitive_id[p.index(10, 8)], 0U);
+  EXPECT_EQ(p.primitive_id[p.index(5, 7)], 1U);
+  EXPECT_EQ(p.depth[outside], kInfinity);
+  EXPECT_EQ(p.object_id[outside], kNoId);
+}
+
+TEST(Render, AveragesSamples) {
+  SceneBuilder b;
+  b.material(diffuse({1, 1, 1}));
+  b.light(AmbientLight{{1, 1, 1}}).background({0, 0, 0});
+  // Covers the left half of the image, its edge through the middle of column 8 of 16: half of that pixel.
+  const auto scene = b.add(Quad{{{{-9, 0, 9}, {0.125F, 0, 9}, {0.125F, 0, -9}, {-9, 0, -9}}}}).build();
+  Settings settings = small();
+  settings.jitter = true;
+  settings.samples = 64;
+  const Pixels p = render_image(scene, kAbove, settings).pixels;
+  EXPECT_EQ(p.color[p.index(7, 8)].r, 1);
+  EXPECT_EQ(p.color[p.index(8, 8)].r, 0.5F) << "8 × 8 strata, the edge between two columns of them";
+  EXPECT_EQ(p.color[p.index(9, 8)].r, 0);
+}
+
+TEST(Render, StopsWhenTold_Stress53) {
+  const auto scene = mixed_scene();
+  Plan plan = make_plan(*scene, mixed_camera(), small());
+  const RenderContext context{scene, make_accel(scene, plan.accel), small(), plan, CameraRays(mixed_camera(), 16, 16)};
+  std::stop_source stop;
+  EXPECT_TRUE(render_tile(context, 0, stop.get_token()));
+  stop.request_stop();
+  EXPECT_FALSE(render_tile(context, 0, stop.get_token()));
+  const auto again = render_tile(context, 0), and_again = render_tile(context, 0);
+  EXPECT_TRUE(same_bytes(again->pixels, and_again->pixels));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -35,6 +35,13 @@ constexpr std::uint32_t kHeaderLimit = 16 << 10;
 constexpr std::size_t kPieceBytes = 128 << 10;
 constexpr std::chrono::seconds kLinger{2};
 
+// Temporaries with destructors are kept out of co_await and co_return expressions throughout: g++ 12 may destroy
+// those of braced initialisers twice.
+
+Problem problem(ProblemCode code, std::string detail) { return {code, std::move(detail), {}}; }
+
+Response refusal(ProblemCode code, std::string detail) { return problem_response(problem(code, std::move(detail))); }
+
 /// Runs `work` on the pool; the caller goes on, on its own executor, with the result.
 template <typename Work>
 asio::awaitable<std::invoke_result_t<Work>> run_on(asio::thread_pool& pool, Work work) {
@@ -84,9 +91,7 @@ class Share {
 /// Reads what HTTP says of a request; a problem where it breaks the rules that Beast doesn't look at.
 std::variant<Request, Problem> read_head(const Parser& parser) {
   const auto& message = parser.get();
-  const auto malformed = [](std::string detail) {
-    return Problem{ProblemCode::malformed_request, std::move(detail), {}};
-  };
+  const auto malformed = [](const char* detail) { return problem(ProblemCode::malformed_request, detail); };
   if (message.version() == 11 && message.count(http::field::host) != 1)
     return malformed("An HTTP/1.1 request has one Host header.");
   if (message.has_content_length() && parser.chunked())
@@ -135,41 +140,41 @@ class Session {
     const auto [error, size] = co_await http::async_read_header(stream_, buffer_, parser, kAwait);
     const Active active(connections_.requests_active);
     if (error) co_return co_await answer_broken(parser, error);
+    const bool stopping = services_.shutting_down;
     Response response = co_await respond(parser);
     spdlog::debug("{} {} {}", parser.get().method_string(), parser.get().target(), response.status);
     // A body that wasn't read to its end stands where the next request should begin.
-    const bool keep = parser.get().keep_alive() && parser.is_done() && !services_.shutting_down;
+    const bool keep = parser.get().keep_alive() && parser.is_done() && !stopping;
     co_return co_await send(parser, std::move(response), keep) && keep;
   }
 
   /// Says what was wrong with bytes that aren't HTTP; nothing to a peer that is gone, or too slow.
   asio::awaitable<bool> answer_broken(const Parser& parser, beast::error_code error) {
     const bool is_ours = error.category() == make_error_code(http::error::bad_method).category();
-    if (is_ours && error != http::error::end_of_stream)
-      co_await send(
-          parser,
-          problem_response(
-              {ProblemCode::malformed_request, "This isn't a complete HTTP/1.1 request: " + error.message() + ".", {}}),
-          false);
+    if (is_ours && error != http::error::end_of_stream) {
+      Response response =
+          refusal(ProblemCode::malformed_request, "This isn't a complete request: " + error.message() + ".");
+      co_await send(parser, std::move(response), false);
+    }
     co_return false;
   }
 
   asio::awaitable<Response> respond(Parser& parser) {
     auto head = read_head(parser);
-    if (const auto* problem = std::get_if<Problem>(&head)) co_return problem_response(*problem);
+    if (const auto* wrong = std::get_if<Problem>(&head)) co_return problem_response(*wrong);
     Request request = std::get<Request>(std::move(head));
     const auto found = find_route(request);
-    if (const auto* refusal = std::get_if<Response>(&found)) co_return *refusal;
+    if (const auto* refused = std::get_if<Response>(&found)) co_return *refused;
     const Route& route = *std::get<const Route*>(found);
     Share share(connections_.body_bytes);
+    std::optional<Problem> wrong;
     try {
-      if (const auto refusal = co_await receive_body(parser, route, request, share))
-        co_return problem_response(*refusal);
+      wrong = co_await receive_body(parser, route, request, share);
     } catch (const std::exception& error) {  // The disk is full, say.
       spdlog::error("receiving a body: {}", error.what());
-      co_return problem_response(
-          {ProblemCode::internal_error, "The server couldn't keep the body; its log says why.", {}});
+      wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");
     }
+    if (wrong) co_return problem_response(*wrong);
     auto handle = [&] { return run_handler(route, services_, request); };
     if (route.place == Place::io) co_return handle();
     co_return co_await run_on(connections_.workers, handle);
@@ -181,39 +186,43 @@ class Session {
     const auto announced = parser.content_length();
     const bool has_body = parser.chunked() || (announced && *announced > 0);
     if (route.body == Body::none) {
-      if (!has_body) co_return std::nullopt;
-      co_return Problem{ProblemCode::malformed_request, "This request takes no body.", {}};
+      std::optional<Problem> none;
+      if (has_body) none = problem(ProblemCode::malformed_request, "This request takes no body.");
+      co_return none;
     }
     const std::uint64_t limit = route.body == Body::json ? services_.config.max_body : services_.config.max_blob;
-    if (announced && *announced > limit) co_return too_large(limit);
+    const Problem too_large =
+        problem(ProblemCode::payload_too_large, "At most " + std::to_string(limit) + " bytes are taken here.");
+    if (announced && *announced > limit) co_return too_large;
     if (route.body == Body::file) request.file = services_.blobs.receive();
     if (beast::iequals(parser.get()[http::field::expect], "100-continue")) co_await send_continue();
 
     std::vector<char> piece(std::min<std::uint64_t>(kPieceBytes, announced.value_or(kPieceBytes)));
+    std::span<const char> received;
+    const auto write_to_file = [&] { request.file->write(std::as_bytes(received)); };
     for (std::uint64_t total = 0; !parser.is_done();) {
       auto& body = parser.get().body();
       body.data = piece.data();
       body.size = piece.size();
       stream_.expires_after(timeout_);
       const auto [error, size] = co_await http::async_read(stream_, buffer_, parser, kAwait);
-      if (error && error != http::error::need_buffer)
-        co_return Problem{ProblemCode::malformed_request, "The body broke off: " + error.message() + ".", {}};
-      const std::span received(piece.data(), piece.size() - body.size);
+      if (error && error != http::error::need_buffer) {
+        const Problem broken = problem(ProblemCode::malformed_request, "The body broke off: " + error.message() + ".");
+        co_return broken;
+      }
+      received = std::span(piece.data(), piece.size() - body.size);
       total += received.size();
-      if (total > limit) co_return too_large(limit);
+      if (total > limit) co_return too_large;
       if (route.body == Body::file) {
-        co_await run_on(connections_.workers, [&] { request.file->write(std::as_bytes(received)); });
+        co_await run_on(connections_.workers, write_to_file);
       } else if (share.grow(received.size(), services_.config.max_bodies)) {
         request.body.append(received.data(), received.size());
       } else {
-        co_return Problem{ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.", {}};
+        const Problem full = problem(ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.");
+        co_return full;
       }
     }
     co_return std::nullopt;
-  }
-
-  static Problem too_large(std::uint64_t limit) {
-    return {ProblemCode::payload_too_large, "At most " + std::to_string(limit) + " bytes are taken here.", {}};
   }
 
   asio::awaitable<void> send_continue() {

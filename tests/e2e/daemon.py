@@ -40,11 +40,11 @@ class Reply:
 
 
 class Daemon:
-    """A daemon on a free port, with an empty data folder of its own. Use it in a `with`, or call `stop`."""
+    """A daemon on a free port, with an empty data folder unless one is given. Use it in a `with`, or call `stop`."""
 
-    def __init__(self, *flags, env=None):
+    def __init__(self, *flags, data_dir=None, env=None):
         self.folder = tempfile.mkdtemp(prefix="tessera-e2e-")
-        self.data_dir = os.path.join(self.folder, "data")
+        self.data_dir = data_dir or os.path.join(self.folder, "data")
         self._log = open(os.path.join(self.folder, "log"), "w+")
         command = [os.environ["TESSERAD"], "--port", "0", "--data-dir", self.data_dir, *flags]
         clean = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
@@ -55,7 +55,9 @@ class Daemon:
         prefix = "listening on "
         if not line.startswith(prefix):
             self.process.wait()
-            raise RuntimeError(f"{command} said {line!r}; its log:\n{self.log()}")
+            log = self.log()
+            self.stop()
+            raise RuntimeError(f"{command} said {line!r}; its log:\n{log}")
         self.url = line[len(prefix) :]
         self.host, port = self.url[len("http://") :].rsplit(":", 1)
         self.port = int(port)

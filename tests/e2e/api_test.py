@@ -1,0 +1,214 @@
+"""The way of a scene over HTTP: in, rendered, watched, fetched."""
+
+import hashlib
+import os
+import struct
+import subprocess
+import tempfile
+import unittest
+import zlib
+
+from daemon import Daemon
+from documents import SMALL_JOB, SPHERE, endless_job
+
+STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE"}
+MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "exr": "image/x-exr", "hdr": "image/vnd.radiance"}
+ALL_AOVS = ["depth", "normal", "primitive_id", "object_id"]
+QUAD = "o quad\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n"
+
+
+def content_hash(data):
+    return "sha256:" + hashlib.sha256(data).hexdigest()
+
+
+def png_pixels(data):
+    """Width, height and rows of an 8-bit PNG without filters undone: enough to look at its alpha where a row is plain."""
+    assert data.startswith(STARTS["png"])
+    at, packed = 8, b""
+    while at < len(data):
+        (size,) = struct.unpack(">I", data[at : at + 4])
+        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + size]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
+        if kind == b"IDAT":
+            packed += body
+        at += size + 12
+    return width, height, depth, colour, zlib.decompress(packed)
+
+
+class ApiTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.assets = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.assets.cleanup)
+        cls.daemon = Daemon("--threads", "2", "--asset-root", cls.assets.name)
+        cls.addClassCleanup(cls.daemon.stop)
+
+    def render(self, job):
+        job_id = self.daemon.submit(job)
+        status = self.daemon.wait_ended(job_id)
+        self.assertEqual(status["state"], "completed", status)
+        return job_id
+
+    def get(self, path, headers=None, status=200):
+        reply = self.daemon.request("GET", path, headers=headers)
+        self.assertEqual(reply.status, status, reply.body[:300])
+        return reply
+
+    def test_a_scene_by_hash_and_the_same_inline(self):
+        posted = self.daemon.request("POST", "/v1/scenes", SPHERE)
+        self.assertIn(posted.status, (200, 201))
+        self.assertEqual(posted.headers["Location"], "/v1/scenes/" + posted.json()["scene"])
+        self.assertEqual(self.get(posted.headers["Location"]).json(), posted.json())
+        self.assertEqual((posted.json()["objects"], posted.json()["primitives"]), (1, 1))
+        by_hash = self.render({**SMALL_JOB, "scene": posted.json()["scene"]})
+        inline = self.render(SMALL_JOB)
+        images = [self.get(f"/v1/jobs/{job}/image?format=exr").body for job in (by_hash, inline)]
+        self.assertEqual(images[0], images[1])
+        self.assertEqual(self.daemon.status(inline)["scene"], posted.json()["scene"])
+
+    def test_a_charset_beside_the_media_type(self):
+        headers = {"Content-Type": "Application/JSON; charset=utf-8"}
+        reply = self.daemon.request("POST", "/v1/scenes", b'{"objects": []}', headers)
+        self.assertIn(reply.status, (200, 201), reply.body)
+
+    def test_files_by_blob_and_by_path(self):
+        blob = QUAD.encode()
+        stored = self.daemon.request("PUT", f"/v1/blobs/{content_hash(blob)}", blob)
+        self.assertEqual((stored.status, stored.json()), (201, {"blob": content_hash(blob), "bytes": len(blob)}))
+        with open(os.path.join(self.assets.name, "quad.obj"), "wb") as file:
+            file.write(blob)
+        answers = []
+        for where in ({"blob": content_hash(blob), "format": "obj"}, {"path": "quad.obj"}):
+            reply = self.daemon.request("POST", "/v1/scenes", {"objects": [{"type": "file", **where}]})
+            self.assertIn(reply.status, (200, 201), reply.body)
+            answers.append(reply.json())
+        self.assertEqual([answer["primitives"] for answer in answers], [2, 2])
+
+    def test_a_large_upload_waits_for_100_continue(self):
+        blob = os.urandom(3 << 20)
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(blob)
+            file.flush()
+            url = f"{self.daemon.url}/v1/blobs/{content_hash(blob)}"
+            curl = ["curl", "-sS", "-o", os.devnull, "-w", "%{http_code}", "-H", "Expect: 100-continue", "-T", file.name]
+            for length in ([], ["-H", "Transfer-Encoding: chunked"]):
+                done = subprocess.run([*curl, *length, url], capture_output=True, text=True, check=True, timeout=60)
+                self.assertEqual(done.stdout, "200" if length else "201")
+
+    def test_formats_by_query_and_by_accept(self):
+        job = self.render({**SMALL_JOB, "settings": {"aovs": ALL_AOVS}})
+        image = f"/v1/jobs/{job}/image"
+        for name, media_type in MEDIA_TYPES.items():
+            by_query = self.get(f"{image}?format={name}", {"Accept": "text/html"})
+            by_accept = self.get(image, {"Accept": f"text/html;q=0.9, {media_type};q=0.5, */*;q=0.1"})
+            self.assertEqual((by_query.media_type, by_accept.media_type), (media_type, media_type))
+            self.assertTrue(by_query.body.startswith(STARTS[name]), name)
+            self.assertEqual(by_query.headers["ETag"], f'"{content_hash(by_query.body)}"')
+        self.assertEqual(self.get(image).media_type, "image/png")
+        self.assertEqual(self.get(image, {"Accept": "image/*, image/png;q=0"}).media_type, "image/jpeg")
+        self.get(image, {"Accept": "image/webp"}, status=406)
+        self.get(f"{image}?format=webp", status=400)
+
+    def test_aovs(self):
+        job = self.render({**SMALL_JOB, "settings": {"aovs": ALL_AOVS}})
+        for aov in [*ALL_AOVS, "all"]:
+            exr = self.get(f"/v1/jobs/{job}/image?aov={aov}&format=exr").body
+            self.assertTrue(exr.startswith(STARTS["exr"]), aov)
+        self.assertEqual(self.get(f"/v1/jobs/{job}/image?aov=all").media_type, "image/x-exr")
+        self.get(f"/v1/jobs/{job}/image?aov=all&format=png", status=406)
+        self.get(f"/v1/jobs/{job}/image?aov=depth&format=hdr", status=406)
+        self.get(f"/v1/jobs/{job}/image?aov=warmth", status=400)
+        plain = self.render(SMALL_JOB)
+        self.get(f"/v1/jobs/{plain}/image?aov=depth", status=404)
+
+    def test_an_image_that_is_known_isnt_sent_again(self):
+        image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
+        tag = self.get(image).headers["ETag"]
+        for known in (tag, f'"other", W/{tag}', "*"):
+            self.assertEqual(self.get(image, {"If-None-Match": known}, status=304).body, b"")
+        self.get(image, {"If-None-Match": '"other"'})
+        self.get(f"{image}?format=jpeg", {"If-None-Match": tag})
+
+    def test_head_is_get_without_the_body(self):
+        image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
+        full = self.get(image)
+        head = self.daemon.request("HEAD", image)
+        self.assertEqual((head.status, head.body), (200, b""))
+        for name in ("ETag", "Content-Type", "Content-Length"):
+            self.assertEqual(head.headers[name], full.headers[name])
+
+    def test_an_unfinished_image_shows_what_is_there(self):
+        job = self.daemon.submit(endless_job())
+        status = self.daemon.wait_until(job, lambda status: "eta" in status)
+        self.assertGreater(status["eta"], 0)
+        self.assertLess(status["tiles_done"], status["tiles_total"])
+        self.get(f"/v1/jobs/{job}/image", status=409)
+        reply = self.get(f"/v1/jobs/{job}/image?partial=1")
+        self.assertEqual(reply.headers["Cache-Control"], "no-store")
+        width, height, depth, colour, _ = png_pixels(reply.body)
+        self.assertEqual((width, height, depth, colour), (16, 16000, 8, 6))  # 6: with alpha
+        canceled = self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
+        self.assertEqual((canceled.status, canceled.json()["state"]), (202, "canceled"))
+        self.get(f"/v1/jobs/{job}/image?partial=1")
+        self.get(f"/v1/jobs/{job}/image", status=409)
+
+    def test_plan_and_stats_count_the_same(self):
+        far_left = {"scene": {**SPHERE, "camera": {"type": "perspective", "from": [3, 0, 9], "at": [3, 0, 0], "fov": 60}}}
+        job = self.render({**far_left, "image": {"width": 64, "height": 64}, "settings": {"tile_size": 8, "samples": 2}})
+        plan = self.get(f"/v1/jobs/{job}/plan").json()
+        stats = self.get(f"/v1/jobs/{job}/stats").json()
+        self.assertEqual(plan["tiles"]["count"], 64)
+        self.assertGreater(plan["tiles"]["empty"], 0)
+        self.assertEqual(stats["skipped"]["tiles"], plan["tiles"]["empty"])
+        self.assertEqual(stats["rays"]["camera"], plan["camera_rays"])
+        self.assertEqual(stats["rays"]["camera"] + stats["skipped"]["camera_rays"], 64 * 64 * 2)
+        self.assertIs(stats["structure"]["shared"], False)
+        self.assertGreater(stats["mrays_per_second"], 0)
+        status = self.daemon.status(job)
+        self.assertEqual((status["tiles_done"], status["samples_done"]), (64, 64 * 64 * 2))
+
+    def test_where_nothing_projects_nothing_is_built(self):
+        camera = {"type": "perspective", "from": [0, 0, 9], "at": [0, 0, 99], "fov": 60}
+        job = self.render({**SMALL_JOB, "camera": camera})
+        plan = self.get(f"/v1/jobs/{job}/plan").json()
+        stats = self.get(f"/v1/jobs/{job}/stats").json()
+        self.assertIs(plan["accel"]["is_built"], False)
+        self.assertIn("structure", [skip["what"] for skip in plan["skips"]])
+        self.assertIsNone(stats["structure"])
+        self.assertIsNone(stats["mrays_per_second"])
+        self.assertEqual(stats["rays"]["total"], 0)
+        self.assertEqual(stats["skipped"]["objects_never_tested"], 1)
+
+    def test_listing_by_pages_and_by_state(self):
+        with Daemon("--threads", "1") as daemon:
+            ids = [daemon.submit({**SMALL_JOB, "name": str(i)}) for i in range(5)]
+            for job in ids:
+                daemon.wait_ended(job)
+            listed, page = [], "/v1/jobs?limit=2"
+            while page:
+                reply = daemon.request("GET", page).json()
+                listed += [job["id"] for job in reply["jobs"]]
+                page = "next" in reply and f"/v1/jobs?limit=2&after={reply['next']}"
+            self.assertEqual(listed, ids)
+            self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{ids[1]}").status, 204)
+            after_deleted = daemon.request("GET", f"/v1/jobs?after={ids[1]}").json()
+            self.assertEqual([job["id"] for job in after_deleted["jobs"]], ids[2:])
+            self.assertEqual(daemon.request("GET", "/v1/jobs?state=failed").json(), {"jobs": []})
+            self.assertEqual(len(daemon.request("GET", "/v1/jobs?state=completed").json()["jobs"]), 4)
+
+    def test_scenes_and_blobs_outlive_a_restart(self):
+        with tempfile.TemporaryDirectory() as folder:
+            blob = QUAD.encode()
+            with Daemon(data_dir=folder) as daemon:
+                daemon.request("PUT", f"/v1/blobs/{content_hash(blob)}", blob)
+                scene = {"objects": [{"type": "file", "blob": content_hash(blob), "format": "obj"}]}
+                posted = daemon.request("POST", "/v1/scenes", scene).json()
+            with Daemon(data_dir=folder) as daemon:
+                self.assertEqual(daemon.request("GET", f"/v1/scenes/{posted['scene']}").json(), posted)
+                job = daemon.submit({"scene": posted["scene"], "image": {"width": 8, "height": 8}})
+                self.assertEqual(daemon.wait_ended(job)["state"], "completed")
+
+
+if __name__ == "__main__":
+    unittest.main()

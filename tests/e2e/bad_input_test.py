@@ -1,0 +1,225 @@
+"""What is wrong is refused with a 4xx that names the place; the daemon goes on."""
+
+import hashlib
+import json
+import os
+import re
+import socket
+import tempfile
+import unittest
+
+from daemon import Daemon, shared_data
+from documents import SMALL_JOB, SPHERE
+
+AS_JSON = {"Content-Type": "application/json"}
+MESH = {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]}
+
+
+class BadInputTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.assets = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.assets.cleanup)
+        cls.daemon = Daemon("--max-body", "1MiB", "--max-blob", "1MiB", "--asset-root", cls.assets.name)
+        cls.addClassCleanup(cls.daemon.stop)
+
+    def tearDown(self):
+        self.assertEqual(self.daemon.request("GET", "/readyz").status, 200, self.daemon.log())
+
+    def refused(self, status, code, method, path, body=None, headers=None):
+        reply = self.daemon.request(method, path, body, headers)
+        self.assertEqual(reply.status, status, reply.body[:500])
+        self.assertEqual(reply.media_type, "application/problem+json")
+        self.assertEqual(reply.json()["code"], code)
+        self.assertEqual(reply.json()["status"], status)
+        return reply.json()
+
+    def refused_scene(self, scene, *pointers):
+        """Refused as a scene, and as the scene of a job, for faults at these places."""
+        problem = self.refused(422, "invalid_document", "POST", "/v1/scenes", scene)
+        self.assertEqual([error["pointer"] for error in problem["errors"]], list(pointers), problem)
+        self.assertTrue(all(error["detail"] for error in problem["errors"]))
+        problem = self.refused(422, "invalid_document", "POST", "/v1/jobs", {"scene": scene})
+        self.assertEqual([error["pointer"] for error in problem["errors"]], ["/scene" + p for p in pointers])
+
+    def refused_object(self, thing, *pointers):
+        self.refused_scene({"objects": [thing]}, *("/objects/0" + pointer for pointer in pointers))
+
+    def test_the_json_test_suite(self):
+        folder = shared_data("json-test-suite", "test_parsing")
+        expected = {"y": {422}, "n": {400}, "i": {400, 422}}
+        names = sorted(os.listdir(folder))
+        self.assertEqual(len(names), 318)
+        for name in names:
+            with open(os.path.join(folder, name), "rb") as file:
+                body = file.read()
+            for path in ("/v1/scenes", "/v1/jobs"):
+                with self.subTest(name, path=path):
+                    reply = self.daemon.request("POST", path, body, AS_JSON)
+                    self.assertIn(reply.status, expected[name[0]], reply.body[:300])
+                    self.assertEqual(reply.media_type, "application/problem+json")
+
+    def test_deep_nesting(self):
+        for body in ("[" * 100_000, "[" * 100_000 + "]" * 100_000, '{"a":' * 100_000 + "1" + "}" * 100_000):
+            for path in ("/v1/scenes", "/v1/jobs"):
+                self.refused(400, "malformed_json", "POST", path, body, AS_JSON)
+
+    def test_an_image_of_a_thousand_million_pixels(self):
+        for size in ({"width": 31623, "height": 31623}, {"width": 1_000_000_000, "height": 1}):
+            problem = self.refused(422, "invalid_document", "POST", "/v1/jobs", {"scene": SPHERE, "image": size})
+            self.assertTrue(problem["errors"][0]["pointer"].startswith("/image"), problem)
+
+    def test_an_image_that_the_server_has_no_memory_for(self):
+        with Daemon("--max-film-memory", "1MB") as daemon:
+            job = {"scene": SPHERE, "image": {"width": 1000, "height": 1000}}
+            reply = daemon.request("POST", "/v1/jobs", job)
+            self.assertEqual((reply.status, reply.json()["errors"][0]["pointer"]), (422, "/image"))
+            half = {"scene": SPHERE, "image": {"width": 250, "height": 200}}  # Twelve bytes a pixel.
+            ended = daemon.submit(half)
+            daemon.wait_ended(ended)
+            reply = daemon.request("POST", "/v1/jobs", half)
+            self.assertEqual((reply.status, reply.json()["code"]), (503, "out_of_memory_budget"))
+            self.assertEqual(reply.headers["Retry-After"], "1")
+            self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{ended}").status, 204)
+            daemon.submit(half)
+
+    def test_wrong_fields_all_at_once(self):
+        scene = {"objects": [{"type": "sphere", "center": [0, 0], "radius": -1}, {"type": "blob"}], "colour": 1}
+        problem = self.refused(422, "invalid_document", "POST", "/v1/scenes", scene)
+        pointers = {error["pointer"] for error in problem["errors"]}
+        for pointer in ("/colour", "/objects/0/center", "/objects/0/radius"):
+            self.assertIn(pointer, pointers)
+
+    def test_numbers_and_indices(self):
+        self.refused_object({**MESH, "triangles": [[0, 1, 3]]}, "/triangles/0/2")
+        self.refused_object({"type": "sphere", "center": [0, 0, "x"], "radius": 1}, "/center/2")
+        for text in (b'{"objects": [{"type": "sphere", "center": [0, 0, NaN], "radius": 1}]}', b"\xff\xfe{"):
+            self.refused(400, "malformed_json", "POST", "/v1/scenes", text, AS_JSON)
+
+    def test_a_job_for_a_scene_that_isnt_there(self):
+        unknown = "sha256:" + "0" * 64
+        problem = self.refused(422, "invalid_document", "POST", "/v1/jobs", {"scene": unknown})
+        self.assertEqual([error["pointer"] for error in problem["errors"]], ["/scene"])
+
+    def test_files_that_arent_there(self):
+        self.refused_object({"type": "file", "path": "none.obj"}, "/path")
+        self.refused_object({"type": "file", "format": "obj", "blob": "sha256:" + "0" * 64}, "/blob")
+
+    def test_paths_that_leave_the_asset_root(self):
+        root = self.assets.name
+        with tempfile.TemporaryDirectory() as outside:
+            secret = os.path.join(outside, "secret.obj")
+            with open(secret, "w", encoding="ascii") as file:
+                file.write("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+            os.symlink(secret, os.path.join(root, "link.obj"))
+            os.symlink(outside, os.path.join(root, "folder"))
+            os.mkfifo(os.path.join(root, "pipe.obj"))
+            os.mkdir(os.path.join(root, "inside.obj"))
+            climbing = os.path.relpath(secret, root)
+            for path in (climbing, "x/../../" + climbing, secret, "link.obj", "folder/secret.obj", "pipe.obj",
+                         "inside.obj", "", ".", "..", "a\0.obj"):
+                with self.subTest(path=path):
+                    self.refused_object({"type": "file", "path": path, "format": "obj"}, "/path")
+
+    def test_without_an_asset_root_no_path_is_taken(self):
+        with Daemon() as daemon:
+            reply = daemon.request("POST", "/v1/scenes", {"objects": [{"type": "file", "path": "a.obj"}]})
+            self.assertEqual((reply.status, reply.json()["errors"][0]["pointer"]), (422, "/objects/0/path"))
+
+    def test_blobs(self):
+        blob, other = b"one", b"two"
+        path = "/v1/blobs/sha256:" + hashlib.sha256(blob).hexdigest()
+        self.refused(422, "hash_mismatch", "PUT", path, other)
+        self.refused(404, "not_found", "PUT", path.upper(), blob)
+        self.refused(413, "payload_too_large", "PUT", path, b"x" * ((1 << 20) + 1))
+        pieces = (b"x" * 4096 for _ in range(300))  # Chunked: its length isn't announced.
+        self.refused(413, "payload_too_large", "PUT", path, pieces)
+        self.assertEqual(os.listdir(os.path.join(self.daemon.data_dir, "blobs")), [])
+
+    def test_documents_that_arent_taken(self):
+        for path in ("/v1/scenes", "/v1/jobs"):
+            body = json.dumps(SMALL_JOB)
+            self.refused(413, "payload_too_large", "POST", path, " " * ((1 << 20) + 1), AS_JSON)
+            self.refused(415, "unsupported_media_type", "POST", path, body, {"Content-Type": "text/json"})
+            self.refused(415, "unsupported_media_type", "POST", path, body, {**AS_JSON, "Content-Encoding": "gzip"})
+            self.refused(400, "malformed_json", "POST", path, "", AS_JSON)
+
+    def test_requests_that_make_no_sense(self):
+        self.refused(404, "not_found", "GET", "/v2/jobs")
+        self.refused(404, "not_found", "GET", "/v1/jobs/")
+        self.refused(404, "not_found", "GET", "/v1/jobs/../jobs")
+        self.refused(404, "not_found", "GET", "/v1/jobs/%2e%2e%2f%00")
+        self.refused(400, "malformed_request", "GET", "/v1/jobs/%zz")
+        self.refused(400, "malformed_request", "GET", "/v1/jobs?limit=0")
+        self.refused(400, "malformed_request", "GET", "/v1/jobs?limit=ten")
+        self.refused(400, "malformed_request", "GET", "/v1/jobs?limit=1&limit=2")
+        self.refused(400, "malformed_request", "GET", "/v1/jobs?state=done")
+        self.refused(400, "malformed_request", "GET", "/v1/jobs?Limit=1")
+        self.refused(400, "malformed_request", "POST", "/v1/jobs/0/cancel", "why")
+        self.refused(405, "method_not_allowed", "DELETE", "/v1/scenes")
+
+
+class RawRequestTest(unittest.TestCase):
+    """Bytes that no HTTP library would send."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon("--timeout", "1")
+        cls.addClassCleanup(cls.daemon.stop)
+
+    def tearDown(self):
+        self.assertEqual(self.daemon.request("GET", "/livez").status, 200, self.daemon.log())
+
+    def exchange(self, *pieces, half_close=False):
+        """Sends bytes; everything that comes back until the daemon closes the connection."""
+        with socket.create_connection((self.daemon.host, self.daemon.port), timeout=30) as connection:
+            for piece in pieces:
+                connection.sendall(piece)
+            if half_close:
+                connection.shutdown(socket.SHUT_WR)
+            answer = b""
+            while piece := connection.recv(65536):
+                answer += piece
+            return answer
+
+    def test_not_http(self):
+        for text in (b"\0\1\2\3\r\n\r\n", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"HELO there\r\n\r\n",
+                     b"GET /livez HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
+                     b"GET /livez HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\nContent-Length: 2\r\n\r\n",
+                     b"GET /livez HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip\r\n\r\n",
+                     b"GET /livez HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", b"GET /livez HTTP/1.1\r\n\r\n",
+                     b"GET livez HTTP/1.1\r\nHost: a\r\n\r\n", b"GET /" + b"a" * 20_000 + b" HTTP/1.1\r\n\r\n"):
+            with self.subTest(text[:60]):
+                self.assertTrue(self.exchange(text).startswith(b"HTTP/1.1 400 "))
+
+    def test_requests_that_break_off(self):
+        whole = b"POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{"
+        for length in (1, 20, 60, len(whole)):
+            with self.subTest(length=length):
+                answer = self.exchange(whole[:length], half_close=True)
+                self.assertTrue(answer.startswith(b"HTTP/1.1 400 "), answer)
+
+    def test_slow_requests_lose_their_connection(self):
+        whole = b"POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{"
+        for length in (0, 1, 20, 60, len(whole)):
+            with self.subTest(length=length):
+                self.assertEqual(self.exchange(whole[:length]), b"")
+
+    def test_pipelined_requests_are_answered_in_order(self):
+        body = json.dumps({"wrong": 1}).encode()
+        one = b"POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n%b"
+        requests = [b"GET /livez HTTP/1.1\r\nHost: a\r\n\r\n", one % (len(body), body),
+                    b"HEAD /v1/version HTTP/1.1\r\nHost: a\r\n\r\n",
+                    b"GET http://a/readyz HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"]
+        answer = self.exchange(b"".join(requests))
+        statuses = re.findall(rb"^HTTP/1.1 (\d+) ", answer, re.MULTILINE)
+        self.assertEqual(statuses, [b"200", b"422", b"200", b"200"])
+        self.assertIn(b'{"status":"ready"}', answer)
+
+    def test_http_1_0(self):
+        answer = self.exchange(b"GET /livez HTTP/1.0\r\n\r\n")
+        self.assertTrue(answer.startswith(b"HTTP/1.0 200 "), answer)
+
+
+if __name__ == "__main__":
+    unittest.main()

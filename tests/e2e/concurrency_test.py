@@ -1,0 +1,147 @@
+"""Many things at once: jobs in turn, one build for all, cancel, shutdown."""
+
+import os
+import threading
+import time
+import unittest
+
+from daemon import Daemon
+from documents import SMALL_JOB, SPHERE, endless_job, grid_of_spheres
+
+
+def all_at_once(count, work):
+    """Runs work(0..count−1) in threads that start together; their results in order."""
+    start = threading.Barrier(count)
+    results = [None] * count
+
+    def run(i):
+        start.wait()
+        results[i] = work(i)
+
+    threads = [threading.Thread(target=run, args=(i,)) for i in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return results
+
+
+class ConcurrencyTest(unittest.TestCase):
+    def test_a_small_job_ends_while_a_huge_one_renders(self):
+        with Daemon("--threads", "2") as daemon:
+            huge = daemon.submit(endless_job())
+            daemon.wait_until(huge, lambda status: status["state"] == "rendering")
+            small = daemon.submit(SMALL_JOB)
+            self.assertEqual(daemon.wait_ended(small)["state"], "completed")
+            self.assertEqual(daemon.status(huge)["state"], "rendering")
+
+    def test_two_jobs_at_once_share_the_threads(self):
+        with Daemon("--threads", "1") as daemon:
+            jobs = [daemon.submit(endless_job()) for _ in range(2)]
+            for job in jobs:
+                daemon.wait_until(job, lambda status: status["tiles_done"] > 0)
+            self.assertEqual([daemon.status(job)["state"] for job in jobs], ["rendering"] * 2)
+
+    def test_answers_come_while_every_core_renders(self):
+        with Daemon() as daemon:
+            for _ in range(os.cpu_count()):
+                daemon.submit(endless_job())
+            slowest = 0
+            for _ in range(50):
+                start = time.monotonic()
+                self.assertEqual(daemon.request("GET", "/livez").status, 200)
+                slowest = max(slowest, time.monotonic() - start)
+            print(f"slowest of 50 answers while every core renders: {slowest * 1000:.1f} ms")
+
+    def test_identical_jobs_build_one_structure(self):
+        scene = grid_of_spheres(20)
+        job = {"scene": scene, "image": {"width": 8, "height": 8}, "settings": {"accel": {"kind": "bvh"}}}
+        with Daemon("--threads", "2") as daemon:
+            jobs = all_at_once(6, lambda _: daemon.submit(job))
+            images = set()
+            stats = []
+            for job_id in jobs:
+                self.assertEqual(daemon.wait_ended(job_id)["state"], "completed")
+                images.add(daemon.request("GET", f"/v1/jobs/{job_id}/image?format=exr").body)
+                stats.append(daemon.request("GET", f"/v1/jobs/{job_id}/stats").json())
+            self.assertEqual(len(images), 1)
+            self.assertEqual(sorted(s["structure"]["shared"] for s in stats), [False] + [True] * 5)
+            self.assertEqual(len({s["structure"]["build_seconds"] for s in stats}), 1)
+
+    def test_the_same_scene_posted_by_many(self):
+        with Daemon() as daemon:
+            replies = all_at_once(8, lambda _: daemon.request("POST", "/v1/scenes", SPHERE))
+            self.assertEqual(len({reply.json()["scene"] for reply in replies}), 1)
+            self.assertTrue({reply.status for reply in replies} <= {200, 201})
+            self.assertEqual(len(os.listdir(os.path.join(daemon.data_dir, "scenes"))), 1)
+
+    def test_cancel_frees_the_thread_within_a_tile(self):
+        """One thread and one tile as large as the image: only a cancel inside it lets the next job begin."""
+        with Daemon("--threads", "1") as daemon:
+            huge = daemon.submit(endless_job("whole"))
+            daemon.wait_until(huge, lambda status: status["state"] == "rendering")
+            next_job = daemon.submit(SMALL_JOB)
+            self.assertEqual(daemon.status(next_job)["state"], "queued")
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{huge}/cancel").status, 202)
+            self.assertEqual(daemon.status(huge)["state"], "canceled")
+            self.assertEqual(daemon.wait_ended(next_job)["state"], "completed")
+
+    def test_a_canceled_job_that_waits_never_begins(self):
+        with Daemon("--threads", "1") as daemon:
+            huge = daemon.submit(endless_job("whole"))
+            daemon.wait_until(huge, lambda status: status["state"] == "rendering")
+            waiting = daemon.submit(SMALL_JOB)
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{waiting}/cancel").json()["state"], "canceled")
+            daemon.request("POST", f"/v1/jobs/{huge}/cancel")
+            stats = daemon.request("GET", f"/v1/jobs/{waiting}/stats").json()
+            self.assertIsNone(stats["timing"]["preparing"])
+
+    def test_too_many_jobs(self):
+        with Daemon("--threads", "1", "--max-jobs", "3") as daemon:
+            replies = all_at_once(8, lambda _: daemon.request("POST", "/v1/jobs", endless_job()))
+            self.assertEqual(sorted(reply.status for reply in replies), [201] * 3 + [429] * 5)
+            self.assertTrue(all(reply.headers["Retry-After"] for reply in replies if reply.status == 429))
+            accepted = next(reply.json()["id"] for reply in replies if reply.status == 201)
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{accepted}/cancel").status, 202)
+            self.assertEqual(daemon.request("POST", "/v1/jobs", SMALL_JOB).status, 201)
+
+
+class ProcessTest(unittest.TestCase):
+    """The daemon as a program."""
+
+    def test_sigterm_ends_it_cleanly_while_it_renders(self):
+        for flags in ((), ("--threads", "1")):
+            daemon = Daemon(*flags)
+            job = daemon.submit(endless_job("whole"))
+            daemon.wait_until(job, lambda status: status["state"] == "rendering")
+            idle = daemon.connect()
+            idle.connect()
+            self.assertEqual(daemon.stop(), 0)
+            idle.close()
+
+    def test_settings_from_environment_and_file(self):
+        with Daemon(env={"TESSERA_THREADS": "3", "TESSERA_MAX_JOBS": "7"}) as daemon:
+            capabilities = daemon.request("GET", "/v1/capabilities").json()
+            self.assertEqual((capabilities["threads"], capabilities["limits"]["unfinished_jobs"]), (3, 7))
+            config = os.path.join(daemon.folder, "config.toml")
+            with open(config, "w", encoding="utf-8") as file:
+                file.write('threads = 2\nmax-blob = "5MiB"\n')
+            with Daemon("--config", config, "--threads", "1") as other:
+                capabilities = other.request("GET", "/v1/capabilities").json()
+                self.assertEqual((capabilities["threads"], capabilities["limits"]["blob_bytes"]), (1, 5 << 20))
+
+    def test_what_it_cant_start_with(self):
+        with Daemon() as daemon:
+            config = os.path.join(daemon.folder, "config.toml")
+            with open(config, "w", encoding="utf-8") as file:
+                file.write("thraeds = 2\n")
+            for flags in (["--config", config], ["--thraeds", "2"], ["--port", "65536"], ["--host", "nowhere"],
+                          ["--asset-root", "/no/such/folder"]):
+                with self.subTest(flags=flags), self.assertRaises(RuntimeError):
+                    Daemon(*flags)
+            with self.assertRaisesRegex(RuntimeError, "in use by another tesserad"):
+                Daemon(data_dir=daemon.data_dir)
+
+
+if __name__ == "__main__":
+    unittest.main()

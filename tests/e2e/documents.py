@@ -1,0 +1,19 @@
+"""Scene and job documents that several tests send."""
+
+SPHERE = {
+    "lights": [{"type": "ambient", "radiance": [1, 1, 1]}],
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+}
+SMALL_JOB = {"scene": SPHERE, "image": {"width": 16, "height": 16}}
+
+
+def endless_job(tile_size=4):
+    """Takes far longer than any test waits; a row of its pixels is done in a moment."""
+    image = {"width": 16, "height": 16000}
+    return {"scene": SPHERE, "image": image, "settings": {"samples": 4000, "tile_size": tile_size}}
+
+
+def grid_of_spheres(side):
+    """side³ spheres: a scene whose structure takes a while to build."""
+    centers = ([x * 3, y * 3, z * 3] for x in range(side) for y in range(side) for z in range(side))
+    return {"objects": [{"type": "sphere", "center": center, "radius": 1} for center in centers]}

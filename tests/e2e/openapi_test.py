@@ -1,0 +1,205 @@
+"""The OpenAPI document and the running daemon know the same routes, parameters, statuses and fields."""
+
+import hashlib
+import json
+import os
+import socket
+import subprocess
+import tempfile
+import unittest
+
+from daemon import SOURCE, Daemon, Reply
+from documents import SMALL_JOB, SPHERE, endless_job
+from schema import faults, resolve
+
+METHODS = ("get", "put", "post", "delete")
+TRIANGLE = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+TRIANGLE += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def content_hash(data):
+    return "sha256:" + hashlib.sha256(data).hexdigest()
+
+
+class OpenApiTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with open(os.path.join(SOURCE, "proto", "openapi.json"), encoding="utf-8") as file:
+            cls.document = json.load(file)
+
+    def setUp(self):
+        self.seen = set()
+
+    def operations(self):
+        for path, item in self.document["paths"].items():
+            for method in METHODS:
+                if method in item:
+                    yield method, path, item[method]
+
+    def test_routes_and_parameters(self):
+        documented = set()
+        for method, path, operation in self.operations():
+            names = [parameter["name"] for parameter in operation.get("parameters", [])]
+            documented.add(" ".join([method.upper(), path, *names]))
+        printed = subprocess.run([os.environ["TESSERAD"], "--print-routes"], capture_output=True, text=True, check=True)
+        self.assertEqual(documented, set(printed.stdout.splitlines()))
+
+    def test_served_documents(self):
+        with Daemon() as daemon:
+            self.assertEqual(daemon.request("GET", "/openapi.json").json(), self.document)
+            for name in ("scene.schema.json", "job.schema.json"):
+                with open(os.path.join(SOURCE, "proto", "schemas", name), encoding="utf-8") as file:
+                    self.assertEqual(daemon.request("GET", f"/schemas/{name}").json(), json.load(file))
+
+    def check(self, method, template, reply):
+        """A reply is what the document says of its status."""
+        context = f"{method.upper()} {template} {reply.status}"
+        responses = self.document["paths"][template][method]["responses"]
+        self.assertIn(str(reply.status), responses, f"{context} isn't documented: {reply.body[:300]}")
+        self.seen.add((method, template, str(reply.status)))
+        response = responses[str(reply.status)]
+        for name, header in response.get("headers", {}).items():
+            header = resolve(self.document, header)
+            self.assertIn(name, reply.headers, context)
+            value = reply.headers[name]
+            value = int(value) if header["schema"].get("type") == "integer" else value
+            self.assertEqual(faults(self.document, header["schema"], value, name), [], context)
+        content = response.get("content", {})
+        if not content:
+            self.assertEqual(reply.body, b"", context)
+            return
+        self.assertIn(reply.media_type, content, context)
+        if "json" in reply.media_type:
+            self.assertEqual(faults(self.document, content[reply.media_type]["schema"], reply.json()), [], context)
+
+    def ask(self, daemon, status, method, template, body=None, headers=None, query="", **parameters):
+        """One request that has to be answered with this status, as documented."""
+        reply = daemon.request(method.upper(), template.format(**parameters) + query, body, headers)
+        self.assertEqual(reply.status, status, f"{method} {template}{query}: {reply.body[:500]}")
+        self.check(method, template, reply)
+        return reply
+
+    def test_every_documented_response(self):
+        self.exercise_documents()
+        self.exercise_jobs()
+        self.exercise_bad_requests()
+        self.exercise_shutdown()
+        documented = {
+            (method, path, status)
+            for method, path, operation in self.operations()
+            for status in operation["responses"]
+            if status != "default"
+        }
+        self.assertEqual(documented - self.seen, set(), "documented, and not seen in this test")
+
+    def exercise_documents(self):
+        """Blobs and scenes."""
+        with tempfile.TemporaryDirectory() as root:
+            asset = os.path.join(root, "triangle.ply")
+            with open(asset, "w", encoding="ascii") as file:
+                file.write(TRIANGLE)
+            flags = ["--max-body", "2000", "--max-blob", "2000", "--scene-cache", "0", "--asset-root", root]
+            with Daemon(*flags) as daemon:
+                blob = b"some bytes"
+                for status in (201, 200):
+                    self.ask(daemon, status, "put", "/v1/blobs/{hash}", blob, hash=content_hash(blob))
+                self.ask(daemon, 422, "put", "/v1/blobs/{hash}", b"others", hash=content_hash(blob))
+                self.ask(daemon, 404, "put", "/v1/blobs/{hash}", blob, hash="md5:00")
+                self.ask(daemon, 413, "put", "/v1/blobs/{hash}", b"x" * 2001, hash=content_hash(blob))
+
+                scene = {"objects": [{"type": "file", "path": "triangle.ply"}]}
+                reply = self.ask(daemon, 201, "post", "/v1/scenes", scene)
+                self.ask(daemon, 200, "post", "/v1/scenes", scene)
+                posted = reply.json()["scene"]
+                self.assertEqual(self.ask(daemon, 200, "get", "/v1/scenes/{hash}", hash=posted).json(), reply.json())
+                self.ask(daemon, 404, "get", "/v1/scenes/{hash}", hash=content_hash(b""))
+                with open(asset, "w", encoding="ascii") as file:
+                    file.write(TRIANGLE.replace("1 0 0\n", "2 0 0\n"))
+                self.ask(daemon, 422, "get", "/v1/scenes/{hash}", hash=posted)
+
+                as_json = {"Content-Type": "application/json"}
+                for template in ("/v1/scenes", "/v1/jobs"):
+                    self.ask(daemon, 422, "post", template, {"wrong": 1})
+                    self.ask(daemon, 400, "post", template, "{", as_json)
+                    self.ask(daemon, 413, "post", template, " " * 2001, as_json)
+                    self.ask(daemon, 415, "post", template, "{}", {"Content-Type": "text/plain"})
+        with Daemon("--max-bodies", "10") as daemon:
+            self.ask(daemon, 503, "post", "/v1/scenes", SPHERE)
+            self.ask(daemon, 503, "post", "/v1/jobs", SMALL_JOB)
+
+    def exercise_jobs(self):
+        """One thread, which a job keeps to itself for as long as the test wants."""
+        with Daemon("--threads", "1", "--max-jobs", "2") as daemon:
+            done = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
+            self.assertEqual(daemon.wait_ended(done)["state"], "completed")
+            for path in ("", "/plan", "/stats"):
+                self.ask(daemon, 200, "get", f"/v1/jobs/{{id}}{path}", id=done)
+            self.ask(daemon, 404, "get", "/v1/jobs/{id}/image", query="?aov=depth", id=done)
+            self.ask(daemon, 406, "get", "/v1/jobs/{id}/image", headers={"Accept": "text/html"}, id=done)
+            for media_type in ("image/png", "image/jpeg", "image/x-exr", "image/vnd.radiance"):
+                reply = self.ask(daemon, 200, "get", "/v1/jobs/{id}/image", headers={"Accept": media_type}, id=done)
+                self.assertEqual(reply.media_type, media_type)
+            etag = {"If-None-Match": reply.headers["ETag"], "Accept": media_type}
+            self.ask(daemon, 304, "get", "/v1/jobs/{id}/image", headers=etag, id=done)
+
+            busy = self.ask(daemon, 201, "post", "/v1/jobs", endless_job("whole")).json()["id"]
+            daemon.wait_until(busy, lambda status: status["state"] == "rendering")
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=busy)
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}/image", query="?partial=1", id=busy)
+            waiting = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
+            self.ask(daemon, 429, "post", "/v1/jobs", SMALL_JOB)
+            self.ask(daemon, 200, "get", "/v1/jobs", query="?limit=1")
+            self.ask(daemon, 200, "get", "/v1/jobs", query=f"?state=queued&after={busy}")
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=waiting)
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=waiting)
+            self.ask(daemon, 409, "get", "/v1/jobs/{id}/plan", id=waiting)
+            self.ask(daemon, 409, "get", "/v1/jobs/{id}/image", id=waiting)
+            self.ask(daemon, 409, "delete", "/v1/jobs/{id}", id=busy)
+            self.ask(daemon, 202, "post", "/v1/jobs/{id}/cancel", id=busy)
+            self.ask(daemon, 409, "post", "/v1/jobs/{id}/cancel", id=busy)
+            self.ask(daemon, 204, "delete", "/v1/jobs/{id}", id=busy)
+            for method, path in [("delete", ""), ("post", "/cancel"), *(("get", p) for p in ("", "/plan", "/stats"))]:
+                self.ask(daemon, 404, method, f"/v1/jobs/{{id}}{path}", id=busy)
+            self.ask(daemon, 404, "get", "/v1/jobs/{id}/image", id=busy)
+
+    def exercise_bad_requests(self):
+        """Everything answers; nothing takes a query parameter that isn't documented."""
+        with Daemon() as daemon:
+            for method, template, _ in self.operations():
+                if "{" not in template and method == "get":
+                    self.ask(daemon, 200, method, template)
+                path = template.format(hash=content_hash(b""), id="0")
+                headers = {"Content-Type": "application/json"}
+                self.check(method, template, daemon.request(method.upper(), path + "?no_such=1", headers=headers))
+                self.assertIn((method, template, "400"), self.seen)
+                head = daemon.request("PATCH", path)
+                self.assertEqual((head.status, head.media_type), (405, "application/problem+json"))
+                self.assertIn(method.upper(), head.headers["Allow"].split(", "))
+
+    def exercise_shutdown(self):
+        """While one request is still being sent, another hears that the daemon is about to stop."""
+        with Daemon() as daemon:
+            body = json.dumps(SMALL_JOB).encode()
+            head = f"POST /v1/jobs HTTP/1.1\r\nHost: {daemon.host}\r\nContent-Type: application/json\r\n"
+            head += f"Expect: 100-continue\r\nContent-Length: {len(body)}\r\n\r\n"
+            other = daemon.connect()
+            with socket.create_connection((daemon.host, daemon.port), timeout=60) as half_sent:
+                half_sent.sendall(head.encode())
+                self.assertTrue(half_sent.recv(1000).startswith(b"HTTP/1.1 100 "))  # It is in progress now.
+                other.request("GET", "/livez")
+                other.getresponse().read()
+                daemon.terminate()
+                status = 200
+                while status == 200:  # Until the signal has arrived.
+                    other.request("GET", "/readyz")
+                    reply = Reply(other.getresponse())
+                    status = reply.status
+                self.check("get", "/readyz", reply)
+                half_sent.sendall(body)
+                self.assertTrue(half_sent.recv(1000).startswith(b"HTTP/1.1 503 "))
+            other.close()
+            self.assertEqual(daemon.stop(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -24,13 +24,11 @@ Problem malformed(std::string_view bytes, std::size_t offset, const std::string&
 
 /// The library's message without its prefix and without the bytes that it quotes, which may not be UTF-8.
 std::string reason(std::string_view what) {
-  constexpr std::string_view kPrefix = "syntax error ", kQuote = "; last read: '", kExpected = "; expected ";
+  constexpr std::string_view kPrefix = "syntax error ", kQuote = "; last read: '";
   if (const auto prefix = what.find(kPrefix); prefix != std::string_view::npos) {
     what.remove_prefix(prefix + kPrefix.size());
   }
-  const auto expected = std::min(what.rfind(kExpected), what.size());
-  const auto quote = std::min(what.find(kQuote), expected);
-  return std::string(what.substr(0, quote)) + std::string(what.substr(expected)) + ".";
+  return std::string(what.substr(0, what.find(kQuote))) + ".";
 }
 
 /// More nodes than the text can hold: each but the root follows one of these characters.

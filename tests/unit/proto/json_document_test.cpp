@@ -88,6 +88,7 @@ TEST(JsonDocument, MalformedTextIsRefusedWithItsPlace) {
            {"\xEF\xBB\xBF{}", "Not JSON at byte 0 (line 1, column 1): a byte order mark."},
            {"[\"a\xFF\"]", "Not JSON at byte 3 (line 1, column 4): "},
            {"123\0"s, "Not JSON at byte 3 (line 1, column 4): a NUL byte."},
+           {"[0.\xD2]", "Not JSON at byte 3 (line 1, column 4): while parsing value - invalid number"},
            {"[NaN]", "Not JSON at byte 1 (line 1, column 2): "},
            {"[1, 2", "Not JSON at byte 5 (line 1, column 6): "},
        }) {

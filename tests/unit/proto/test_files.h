@@ -3,17 +3,17 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <string>
 #include <string_view>
 
 #include <gtest/gtest.h>
 
 #include "proto/file_source.h"
+#include "tests/support/no_files.h"
 
 namespace tessera::proto {
 
-/// Files for scenes of a test: assets in a folder of its own, blobs by hash. Counts what is asked for.
+/// Files for scenes of a test: assets in a folder of its own, blobs by hash.
 class TestFiles : public FileSource {
  public:
   TestFiles()
@@ -55,17 +55,6 @@ class TestFiles : public FileSource {
  private:
   std::filesystem::path root_;
   std::map<ContentHash, std::filesystem::path> blobs_;
-};
-
-/// For documents that name no files.
-class NoFiles : public FileSource {
- public:
-  Result<SourceFile> blob(const ContentHash&) const override {
-    return Problem{ProblemCode::not_found, "No blob has this hash.", {}};
-  }
-  Result<SourceFile> asset(std::string_view) const override {
-    return Problem{ProblemCode::not_found, "There is no such file.", {}};
-  }
 };
 
 }  // namespace tessera::proto

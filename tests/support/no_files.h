@@ -1,0 +1,18 @@
+#pragma once
+
+#include "proto/file_source.h"
+
+namespace tessera::proto {
+
+/// For documents that name no files: there are none.
+class NoFiles : public FileSource {
+ public:
+  Result<SourceFile> blob(const ContentHash&) const override {
+    return Problem{ProblemCode::not_found, "No blob has this hash.", {}};
+  }
+  Result<SourceFile> asset(std::string_view) const override {
+    return Problem{ProblemCode::not_found, "There is no such file.", {}};
+  }
+};
+
+}  // namespace tessera::proto

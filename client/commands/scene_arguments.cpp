@@ -9,6 +9,20 @@
 #include "client/scene_files.h"
 
 namespace tessera::client {
+namespace {
+
+/// The server knows an uploaded file by its hash alone; the user knows it by its path.
+Failure with_paths_for_hashes(const Failure& failure, const std::vector<LocalFile>& files) {
+  std::vector<proto::FieldError> errors = failure.errors();
+  for (auto& [pointer, detail] : errors) {
+    for (const LocalFile& file : files) {
+      if (pointer.starts_with(file.hash)) pointer.replace(0, file.hash.size(), file.path.string());
+    }
+  }
+  return {failure.kind(), failure.what(), std::move(errors)};
+}
+
+}  // namespace
 
 void SceneArguments::add_to(CLI::App& command) {
   command.add_option("SCENE", scene, "A scene or job document (.json), an .obj, .ply or .nff file, or - for stdin")
@@ -28,7 +42,7 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_option("--tile-size", options.tile_size, "auto, whole, or a number of pixels");
   command.add_option("--aov", options.aovs, "Record depth, normal, primitive_id or object_id; several with commas")
       ->delimiter(',')
-      ->expected(1);
+      ->allow_extra_args(false);
   command.add_option("--name", options.name, "The job's name in listings; the file's by default");
 }
 
@@ -39,11 +53,10 @@ proto::JobStatus SceneArguments::submit(const Client& client) const {
     for (const LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
     return client.submit(job);
   } catch (const Failure& failure) {
-    if (failure.kind() == Failure::Kind::refused) {
-      for (const std::string& path : files.left_to_server)
-        std::cerr << "note: there is no file " << path << " here; it was left to the server to find\n";
-    }
-    throw;
+    if (failure.kind() != Failure::Kind::refused) throw;
+    for (const std::string& path : files.left_to_server)
+      std::cerr << "note: there is no file " << path << " here; it was left to the server to find\n";
+    throw with_paths_for_hashes(failure, files.to_upload);
   }
 }
 

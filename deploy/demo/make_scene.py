@@ -15,15 +15,16 @@ import random
 import sys
 
 FLOOR_RADIUS = 5.0
-STONE = 0.25  # side of a stone, with its share of the joint
+STONE = 0.2  # side of a stone, with its share of the joint
 
 
-def ply(positions, faces):
+def ply(positions, faces, normals=None):
     """An ascii PLY file."""
     head = ["ply", "format ascii 1.0", f"element vertex {len(positions)}"]
-    head += [f"property float {axis}" for axis in "xyz"]
+    head += [f"property float {name}" for name in ("x", "y", "z", *(("nx", "ny", "nz") if normals else ()))]
     head += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    body = [" ".join(f"{c:.4f}" for c in p) for p in positions]
+    vertices = [(*p, *n) for p, n in zip(positions, normals)] if normals else positions
+    body = [" ".join(f"{c:.4f}" for c in vertex) for vertex in vertices]
     body += [f"{len(face)} " + " ".join(map(str, face)) for face in faces]
     return "\n".join(head + body) + "\n"
 
@@ -46,7 +47,7 @@ def torus_knot(windings=(2, 3), radius=1.0, tube=0.27, along=240, around=24):
         r = radius * (1 + 0.42 * math.cos(q * u))
         return (r * math.cos(p * u), r * math.sin(p * u), radius * 0.55 * math.sin(q * u))
 
-    positions, faces = [], []
+    positions, faces, normals = [], [], []
     for i in range(along):
         u = 2 * math.pi * i / along
         here, ahead = curve(u), curve(u + 1e-4)
@@ -55,13 +56,13 @@ def torus_knot(windings=(2, 3), radius=1.0, tube=0.27, along=240, around=24):
         side = cross(tangent, out)
         for j in range(around):
             v = 2 * math.pi * j / around
-            positions.append(
-                tuple(c + tube * (math.cos(v) * o + math.sin(v) * s) for c, o, s in zip(here, out, side))
-            )
+            normal = [math.cos(v) * o + math.sin(v) * s for o, s in zip(out, side)]
+            positions.append([c + tube * n for c, n in zip(here, normal)])
+            normals.append(normal)
             a, b = i * around + j, i * around + (j + 1) % around
             c, d = (a + around) % (along * around), (b + around) % (along * around)
-            faces += [(a, c, d), (a, d, b)]
-    return positions, faces
+            faces += [(a, d, c), (a, b, d)]
+    return positions, faces, normals
 
 
 def unit(v):
@@ -142,15 +143,17 @@ PALETTE = {
 
 
 def materials():
-    stones = {name: whitted(colour, 0.15, 40, 0.04) for name, colour in PALETTE.items()}
+    stones = {name: {"type": "phong", "diffuse": colour, "specular": [0.15] * 3, "shininess": 40} for name, colour in PALETTE.items()}
     return {
         **stones,
         "mortar": {"type": "diffuse", "color": [0.30, 0.28, 0.25]},
-        "rock": {"type": "diffuse", "color": [0.33, 0.25, 0.20]},
-        "dark rock": {"type": "diffuse", "color": [0.20, 0.15, 0.13]},
+        "rock": {"type": "diffuse", "color": [0.44, 0.33, 0.25]},
+        "dark rock": {"type": "diffuse", "color": [0.30, 0.22, 0.18]},
         "mirror": {"type": "mirror", "color": [0.92, 0.93, 0.95]},
         "glass": {"type": "dielectric", "ior": 1.5},
         "gold": whitted([0.42, 0.25, 0.05], [0.9, 0.6, 0.2], 90, [0.35, 0.24, 0.08]),
+        "cypress": {"type": "diffuse", "color": [0.06, 0.14, 0.07]},
+        "bark": {"type": "diffuse", "color": [0.16, 0.10, 0.06]},
         "coral": {"type": "phong", "diffuse": [0.70, 0.14, 0.08], "specular": [0.5, 0.5, 0.5], "shininess": 80},
     }
 
@@ -197,29 +200,46 @@ def stones(rng):
             }
 
 
-def island():
-    """What carries the floor: a rim, and rock that narrows downwards."""
-    yield {"type": "disk", "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 5.0, "material": "mortar"}
-    yield {"type": "cylinder", "base": [0, -0.35, 0], "apex": [0, 0.03, 0], "radius": 5.12, "material": "rock"}
-    tiers = [(5.1, -0.35), (3.9, -1.3), (2.3, -2.4), (0.0, -4.6)]
-    for (upper, y), (lower, below) in zip(tiers, tiers[1:]):
-        yield {
+def island(rng):
+    """What carries the floor: a rim, and rock that hangs down in spikes."""
+
+    def spike(x, z, radius, y, below):
+        return {
             "type": "cone",
-            "base": [0, y, 0],
-            "base_radius": upper,
-            "apex": [0, below, 0],
-            "apex_radius": lower,
-            "material": "dark rock",
+            "base": [round(x, 4), y, round(z, 4)],
+            "base_radius": round(radius, 4),
+            "apex": [round(x * 0.9, 4), round(below, 4), round(z * 0.9, 4)],
+            "apex_radius": 0,
+            "material": rng.choice(["rock", "dark rock"]),
         }
 
+    yield {"type": "disk", "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 5.12, "material": "mortar"}
+    yield {"type": "cylinder", "base": [0, -0.4, 0], "apex": [0, 0, 0], "radius": 5.12, "material": "rock"}
+    yield spike(0, 0, 5.1, -0.4, -3.0)
+    for k in range(40):
+        angle, radius = k * math.pi * (3 - math.sqrt(5)), 4.1 * math.sqrt((k + 0.5) / 40)
+        depth = rng.uniform(1.8, 2.9) + 1.2 * (1 - radius / 4.1)
+        yield spike(radius * math.cos(angle), radius * math.sin(angle), rng.uniform(0.5, 0.9), -0.35, -depth)
 
-def columns():
-    """Ten around the far side; the near side is open to the eye."""
-    for k in range(10):
-        angle = math.radians(150 + k * 27)
-        x, z = round(4.25 * math.cos(angle), 4), round(4.25 * math.sin(angle), 4)
-        yield {"type": "instance", "of": "column", "transform": {"translate": [x, 0.05, z]}}
-        yield {"type": "sphere", "center": [x, 2.83, z], "radius": 0.2, "material": "coral"}
+
+def colonnade():
+    """Columns around the far side, cypresses between them; the near side is open to the eye."""
+    for k in range(19):
+        angle = math.radians(138 + k * 220 / 18)
+        x, z = round(4.2 * math.cos(angle), 4), round(4.2 * math.sin(angle), 4)
+        if k % 2 == 0:
+            yield {"type": "instance", "of": "column", "transform": {"translate": [x, 0.05, z]}}
+            yield {"type": "sphere", "center": [x, 2.83, z], "radius": 0.18, "material": "coral"}
+        else:
+            yield {"type": "cylinder", "base": [x, 0, z], "apex": [x, 0.3, z], "radius": 0.06, "material": "bark"}
+            yield {
+                "type": "cone",
+                "base": [x, 0.25, z],
+                "base_radius": 0.24,
+                "apex": [x, 1.5, z],
+                "apex_radius": 0,
+                "material": "cypress",
+            }
 
 
 def centre():
@@ -235,12 +255,14 @@ def centre():
 
 
 def scene():
+    rng = random.Random(7)
     return {
-        "background": [0.36, 0.53, 0.78],
-        "camera": {"type": "perspective", "from": [4.6, 5.0, 11.6], "at": [0, 0.35, 0], "up": [0, 1, 0], "fov": 36},
+        "background": [0.13, 0.24, 0.42],
+        "camera": {"type": "perspective", "from": [5.0, 3.9, 12.4], "at": [0, -0.25, 0], "up": [0, 1, 0], "fov": 35},
         "lights": [
             {"type": "directional", "direction": [0.62, -1.0, -0.55], "irradiance": [2.75, 2.5, 2.1]},
-            {"type": "ambient", "radiance": [0.16, 0.19, 0.25]},
+            {"type": "directional", "direction": [0.7, 0.45, -0.6], "irradiance": [0.55, 0.6, 0.7]},
+            {"type": "ambient", "radiance": [0.15, 0.18, 0.24]},
         ],
         "materials": materials(),
         "geometries": {
@@ -248,7 +270,7 @@ def scene():
             "column": {"type": "file", "path": "column.obj"},
             "knot": {"type": "file", "path": "knot.ply"},
         },
-        "objects": [*island(), *columns(), *centre(), *stones(random.Random(7))],
+        "objects": [*island(rng), *colonnade(), *centre(), *stones(rng)],
     }
 
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/accel/box_tree.h"
 #include "core/bounds/cull_ray.h"
 #include "core/geometry/shape.h"
 #include "core/geometry/triangle.h"

@@ -1,11 +1,19 @@
 #pragma once
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <random>
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
+#include "proto/import/broken_file.h"
 #include "proto/import/import.h"
+#include "proto/import/nff.h"
+#include "proto/import/obj.h"
+#include "proto/import/ply.h"
 
 namespace tessera {
 
@@ -42,14 +50,51 @@ inline std::string fault_of_import(const proto::Imported& imported, std::size_t 
   return "";
 }
 
-/// What a refusal must have.
-inline std::string fault_of_refusal(const proto::Problem& problem, std::string_view file_name) {
-  if (problem.code != proto::ProblemCode::invalid_document) return "not invalid_document";
-  if (problem.errors.empty() || problem.errors.size() > proto::kMaxFieldErrors) return "no errors, or too many";
-  for (const proto::FieldError& error : problem.errors) {
+/// What a refusal must have; empty when it has it.
+inline std::string fault_of_refusal(const std::vector<proto::FieldError>& errors, std::string_view file_name) {
+  if (errors.empty() || errors.size() > proto::kMaxFieldErrors) return "no errors, or too many";
+  for (const proto::FieldError& error : errors) {
     if (!error.pointer.starts_with(file_name) || error.detail.empty()) return "an error that doesn't name its place";
   }
   return "";
+}
+
+/// Makes an OBJ file its own material library: OBJ and MTL ignore each other's statements.
+class OwnLibrary {
+ public:
+  ~OwnLibrary() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+  proto::CompanionSource of(const std::string& bytes) const {
+    if (bytes.find("newmtl") == std::string::npos) return nullptr;
+    std::ofstream(path_, std::ios::binary) << bytes;
+    return [this](std::string_view) { return path_; };
+  }
+
+ private:
+  std::filesystem::path path_ =
+      std::filesystem::temp_directory_path() / ("tessera_" + std::to_string(std::random_device{}()) + ".mtl");
+};
+
+/// Imports bytes as a file of a format; what is wrong with the outcome, which may be a refusal.
+inline std::string fault_of_reading(proto::FileFormat format, const std::string& bytes,
+                                    const proto::CompanionSource& companions = nullptr) {
+  constexpr std::string_view kName = "fuzzed";
+  try {
+    switch (format) {
+      case proto::FileFormat::nff:
+        return fault_of_import(proto::import_nff(bytes, kName), bytes.size());
+      case proto::FileFormat::ply:
+        return fault_of_import(proto::import_ply(bytes, kName), bytes.size());
+      case proto::FileFormat::obj:
+        return fault_of_import(proto::import_obj(bytes, kName, companions), bytes.size());
+    }
+  } catch (const proto::BrokenFile& broken) {
+    return fault_of_refusal(broken.errors, kName);
+  }
+  return "no such format";
 }
 
 }  // namespace tessera

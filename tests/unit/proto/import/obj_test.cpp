@@ -75,9 +75,9 @@ TEST(Obj, NormalsWhereEveryCornerHasOne) {
 
 TEST(Obj, ManyNormalsAtOnePositionTakeNoTimeInTheirSquare) {
   std::string text = kSquare;
-  for (int i = 1; i <= 200'000; ++i)
+  for (int i = 1; i <= 50'000; ++i)
     text += "vn 0 " + std::to_string(i) + " 1\nf 1//" + std::to_string(i) + " 2//1 3//1\n";
-  EXPECT_EQ(mesh(read(text)).triangles.size(), 200'000U);
+  EXPECT_EQ(mesh(read(text)).triangles.size(), 50'000U);
 }
 
 TEST(Obj, APartForEachObjectGroupAndMaterial) {

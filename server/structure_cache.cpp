@@ -4,17 +4,15 @@
 #include <utility>
 
 namespace tessera::server {
-namespace {
 
-std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, AccelKind kind) {
+std::shared_ptr<const Structure> StructureCache::build(const std::shared_ptr<const Scene>& scene,
+                                                       AccelKind kind) const {
   const auto start = std::chrono::steady_clock::now();
-  std::shared_ptr<const Accel> accel = make_accel(scene, kind);
+  std::shared_ptr<const Accel> accel = make_(scene, kind);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const AccelStats stats = accel->stats();
   return std::make_shared<const Structure>(Structure{std::move(accel), kind, stats, seconds.count()});
 }
-
-}  // namespace
 
 void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
                                   AccelKind kind, Done done) {

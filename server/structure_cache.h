@@ -6,6 +6,7 @@
 #include <mutex>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/accel/accel.h"
@@ -28,8 +29,10 @@ class StructureCache {
   /// What became of it: the structure, or why it couldn't be built. `shared` when another job had it built.
   using Done = std::function<void(std::shared_ptr<const Structure>, bool shared, std::exception_ptr)>;
 
+  using Make = std::function<std::unique_ptr<const Accel>(std::shared_ptr<const Scene>, AccelKind)>;
+
   /// Keeps structures, with the scenes that they hold, up to so many bytes.
-  explicit StructureCache(std::uint64_t limit) : cache_(limit) {}
+  explicit StructureCache(std::uint64_t limit, Make make = make_accel) : make_(std::move(make)), cache_(limit) {}
 
   /// Calls `done` with the structure: at once if it is there, after building it on this very thread if nobody
   /// else does, and otherwise later on the thread that builds. A failure goes to all who asked, and isn't kept:
@@ -38,6 +41,9 @@ class StructureCache {
                     Done done);
 
  private:
+  std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, AccelKind kind) const;
+
+  const Make make_;
   std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
   Lru<std::shared_ptr<const Structure>> cache_;
   std::unordered_map<std::string, std::vector<Done>> waiting_;  ///< For each one that is being built.

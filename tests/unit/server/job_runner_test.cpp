@@ -1,0 +1,120 @@
+#include "server/job_runner.h"
+
+#include <future>
+#include <stdexcept>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "core/scene/frame_scene.h"
+
+namespace tessera::server {
+namespace {
+
+using proto::JobState;
+constexpr std::chrono::seconds kLong{60};
+
+/// Everything that a job needs, with a way to make structures of the test's choosing.
+class JobRunnerTest : public testing::Test {
+ protected:
+  JobRunnerTest() {
+    auto scene = std::make_shared<Scene>();
+    scene->materials.emplace_back();
+    scene->shapes.emplace_back(Sphere{{0, 0, 0}, 1});
+    scene->objects.push_back({0, 0, std::nullopt});
+    scene->background = {1, 2, 3};
+    scene_ = scene;
+  }
+
+  std::string start(const Camera& camera, AccelKind accel = AccelKind::bvh) {
+    JobOrder order{"", "sha256:0", 0, {}};
+    order.settings.width = order.settings.height = 32;
+    order.settings.tile_size = 8;
+    order.settings.accel = accel;
+    const auto admitted = jobs_.add(order);
+    runner_.start(*admitted, order, scene_, camera);
+    return admitted->id;
+  }
+
+  /// What becomes of a job; every unit of work has been done when this returns.
+  JobView ended(const std::string& id) {
+    while (!proto::has_ended((*jobs_.find(id)).state)) std::this_thread::yield();
+    return *jobs_.find(id);
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  StructureCache::Make make_ = make_accel;
+  StructureCache structures_{1 << 20, [this](auto scene, AccelKind kind) { return make_(std::move(scene), kind); }};
+  JobTable jobs_{{100, 1 << 20}};
+  Scheduler scheduler_{2};
+  JobRunner runner_{scheduler_, structures_, jobs_};
+};
+
+TEST_F(JobRunnerTest, RendersAJob) {
+  const JobView job = ended(start(frame_scene(*scene_)));
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_TRUE(job.film->complete());
+  EXPECT_EQ(job.progress->tiles(), 16U);
+  EXPECT_EQ(job.progress->samples(), 32U * 32U);
+  EXPECT_EQ(job.progress->rays().camera, job.plan->camera_rays);
+  ASSERT_TRUE(job.structure);
+  EXPECT_EQ(job.structure->kind, AccelKind::bvh);
+}
+
+TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
+  make_ = [](std::shared_ptr<const Scene>, AccelKind) -> std::unique_ptr<const Accel> {
+    throw std::runtime_error("no luck");
+  };
+  const JobView failed = ended(start(frame_scene(*scene_)));
+  EXPECT_EQ(failed.state, JobState::failed);
+  EXPECT_EQ(failed.error, "no luck");
+  make_ = make_accel;
+  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+}
+
+TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
+  struct Broken : Accel {
+    std::optional<Hit> closest(const Ray&) const override { throw std::runtime_error("a tile broke"); }
+    bool occluded(const Ray&) const override { return false; }
+    std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>) const override {
+      return closest(ray);
+    }
+    AccelStats stats() const override { return {}; }
+  };
+  make_ = [](std::shared_ptr<const Scene>, AccelKind) { return std::make_unique<const Broken>(); };
+  const JobView failed = ended(start(frame_scene(*scene_), AccelKind::brute));
+  EXPECT_EQ(failed.state, JobState::failed);
+  EXPECT_EQ(failed.error, "a tile broke");
+  make_ = make_accel;
+  EXPECT_EQ(ended(start(frame_scene(*scene_), AccelKind::bvh)).state, JobState::completed);
+}
+
+TEST_F(JobRunnerTest, BuildsNothingWhereNothingProjects) {
+  make_ = [](std::shared_ptr<const Scene>, AccelKind) -> std::unique_ptr<const Accel> {
+    throw std::logic_error("built for nothing");
+  };
+  const JobView job = ended(start(PerspectiveCamera{View{{0, 0, 9}, {0, 0, 99}}}));
+  EXPECT_EQ(job.state, JobState::completed) << job.error;
+  EXPECT_FALSE(job.structure);
+  EXPECT_EQ(job.film->pixels().color.front(), (Rgb{1, 2, 3}));
+  EXPECT_EQ(job.progress->rays().traced(), 0U);
+}
+
+TEST_F(JobRunnerTest, ACanceledJobGoesNoFurther) {
+  std::promise<void> begun, go;
+  make_ = [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+    begun.set_value();
+    go.get_future().wait();
+    return make_accel(std::move(scene), kind);
+  };
+  const std::string id = start(frame_scene(*scene_));
+  begun.get_future().wait();
+  ASSERT_TRUE(jobs_.cancel(id));
+  go.set_value();
+  EXPECT_TRUE(scheduler_.shut_down(kLong));
+  EXPECT_EQ((*jobs_.find(id)).state, JobState::canceled);
+  EXPECT_FALSE((*jobs_.find(id)).film);
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,169 @@
+#include "server/job_table.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera::server {
+namespace {
+
+using proto::JobState;
+using proto::ProblemCode;
+
+constexpr JobTable::Limits kRoomy{1000, 1ULL << 40};
+
+JobOrder order(std::uint32_t width = 10, std::uint32_t height = 10) {
+  JobOrder order{"", "sha256:" + std::string(64, '0'), 0, {}};
+  order.settings.width = width;
+  order.settings.height = height;
+  return order;
+}
+
+std::string add(JobTable& table) { return (*table.add(order())).id; }
+
+std::shared_ptr<const Film> film() {
+  return std::make_shared<Film>(10, 10, std::set<Aov>{}, std::vector<PixelRect>{{0, 0, 10, 10}});
+}
+
+JobState state(const JobTable& table, const std::string& id) { return (*table.find(id)).state; }
+
+TEST(JobTable, TakesAJobThroughItsStates) {
+  JobTable table(kRoomy);
+  const std::string id = add(table);
+  EXPECT_EQ(state(table, id), JobState::queued);
+  EXPECT_TRUE(table.start_preparing(id));
+  EXPECT_EQ(state(table, id), JobState::preparing);
+  EXPECT_TRUE(table.set_plan(id, std::make_shared<PlanReport>()));
+  EXPECT_TRUE(table.start_rendering(id, std::nullopt, film()));
+  EXPECT_EQ(state(table, id), JobState::rendering);
+  EXPECT_TRUE(table.complete(id));
+  const JobView job = *table.find(id);
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_TRUE(job.times.preparing && job.times.rendering && job.times.ended && job.film && job.plan);
+}
+
+TEST(JobTable, NothingHappensAfterTheEnd) {
+  JobTable table(kRoomy);
+  const auto job = table.add(order());
+  EXPECT_FALSE(job->stop.stop_requested());
+  ASSERT_TRUE(table.cancel(job->id));
+  EXPECT_TRUE(job->stop.stop_requested());
+  EXPECT_FALSE(table.start_preparing(job->id));
+  EXPECT_FALSE(table.set_plan(job->id, nullptr));
+  EXPECT_FALSE(table.start_rendering(job->id, std::nullopt, film()));
+  EXPECT_FALSE(table.complete(job->id));
+  EXPECT_FALSE(table.fail(job->id, "late"));
+  EXPECT_EQ(table.cancel(job->id).problem().code, ProblemCode::job_already_ended);
+  const JobView view = *table.find(job->id);
+  EXPECT_EQ(view.state, JobState::canceled);
+  EXPECT_EQ(view.error, "");
+  EXPECT_FALSE(view.film);
+}
+
+TEST(JobTable, AStateCannotBeSkipped) {
+  JobTable table(kRoomy);
+  const std::string id = add(table);
+  EXPECT_THROW(table.complete(id), std::logic_error);
+  EXPECT_TRUE(table.start_preparing(id));
+  EXPECT_THROW(table.start_preparing(id), std::logic_error);
+}
+
+TEST(JobTable, FailureSaysWhyAndStops) {
+  JobTable table(kRoomy);
+  const auto job = table.add(order());
+  EXPECT_TRUE(table.fail(job->id, "no luck"));
+  EXPECT_EQ((*table.find(job->id)).error, "no luck");
+  EXPECT_EQ(state(table, job->id), JobState::failed);
+  EXPECT_TRUE(job->stop.stop_requested());
+}
+
+TEST(JobTable, OnlyWhatHasEndedIsRemoved) {
+  JobTable table(kRoomy);
+  const std::string id = add(table);
+  EXPECT_EQ(table.remove(id)->code, ProblemCode::job_still_active);
+  ASSERT_TRUE(table.cancel(id));
+  EXPECT_FALSE(table.remove(id));
+  EXPECT_EQ(table.remove(id)->code, ProblemCode::not_found);
+  EXPECT_EQ(table.find(id).problem().code, ProblemCode::not_found);
+  EXPECT_EQ(table.cancel(id).problem().code, ProblemCode::not_found);
+  EXPECT_FALSE(table.start_preparing(id));
+}
+
+TEST(JobTable, CountsJobsThatHaveNotEnded) {
+  JobTable table({2, 1ULL << 40});
+  const std::string first = add(table);
+  add(table);
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::too_many_jobs);
+  ASSERT_TRUE(table.cancel(first));
+  EXPECT_TRUE(table.add(order()));
+}
+
+TEST(JobTable, CountsTheMemoryOfFilmsUntilTheyAreDeleted) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 2 * one});
+  const std::string rendered = add(table), waiting = add(table);
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::out_of_memory_budget);
+  ASSERT_TRUE(table.start_preparing(rendered) && table.start_rendering(rendered, std::nullopt, film()));
+  ASSERT_TRUE(table.complete(rendered));
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::out_of_memory_budget);
+  ASSERT_TRUE(table.cancel(waiting));  // It never had a film.
+  const auto next = table.add(order());
+  ASSERT_TRUE(next);
+  EXPECT_FALSE(table.add(order()));
+  EXPECT_FALSE(table.remove(rendered));
+  EXPECT_TRUE(table.add(order()));
+  EXPECT_EQ(table.add(order(1, 1)).problem().code, ProblemCode::out_of_memory_budget);
+}
+
+TEST(JobTable, ListsInOrderOfArrival) {
+  JobTable table(kRoomy);
+  std::vector<std::string> ids;
+  for (int i = 0; i < 300; ++i) ids.push_back(add(table));
+  ASSERT_TRUE(table.cancel(ids[7]));
+  std::vector<std::string> listed;
+  for (std::string after;; after = listed.back()) {
+    const auto page = table.list(after, 70, std::nullopt);
+    if (page.empty()) break;
+    for (const JobView& job : page) listed.push_back(job.id);
+  }
+  EXPECT_EQ(listed, ids);
+  const auto canceled = table.list("", 10, JobState::canceled);
+  ASSERT_EQ(canceled.size(), 1U);
+  EXPECT_EQ(canceled[0].id, ids[7]);
+}
+
+TEST(JobTable, ShuttingDownCancelsAndAdmitsNoMore) {
+  JobTable table(kRoomy);
+  const auto active = table.add(order());
+  const std::string failed = add(table);
+  table.fail(failed, "before");
+  table.shut_down();
+  EXPECT_TRUE(active->stop.stop_requested());
+  EXPECT_EQ(state(table, active->id), JobState::canceled);
+  EXPECT_EQ(state(table, failed), JobState::failed);
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::shutting_down);
+}
+
+TEST(JobStatus, TellsProgressAndWhatIsLeft) {
+  JobTable table(kRoomy);
+  const auto admitted = table.add(order());
+  ASSERT_TRUE(table.start_preparing(admitted->id));
+  auto plan = std::make_shared<PlanReport>();
+  plan->tiles = 4;
+  plan->camera_rays = 80;
+  ASSERT_TRUE(table.set_plan(admitted->id, plan) && table.start_rendering(admitted->id, std::nullopt, film()));
+  JobView job = *table.find(admitted->id);
+  const auto now = *job.times.rendering + std::chrono::seconds(3);
+  EXPECT_EQ(status_of(job, now).eta, std::nullopt);
+  RayCounts rays;
+  rays.camera = 20;
+  admitted->progress->add_tile(rays, 25);
+  const proto::JobStatus status = status_of(job, now);
+  EXPECT_EQ(status.tiles_done, 1U);
+  EXPECT_EQ(status.tiles_total, 4U);
+  EXPECT_EQ(status.samples_done, 25U);
+  EXPECT_EQ(status.samples_total, 100U);
+  EXPECT_DOUBLE_EQ(status.eta.value(), 9);
+  EXPECT_EQ(status.created.size(), std::string("2024-01-01T00:00:00.000Z").size());
+}
+
+}  // namespace
+}  // namespace tessera::server

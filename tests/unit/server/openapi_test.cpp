@@ -1,0 +1,49 @@
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "proto/wire/job_status.h"
+#include "proto/wire/problem.h"
+#include "server/documents.h"
+#include "server/image_choice.h"
+
+namespace tessera::server {
+namespace {
+
+using Names = std::set<std::string>;
+
+nlohmann::json document() { return nlohmann::json::parse(kOpenApiDocument); }
+
+Names parameter_values(const std::string& name) {
+  const nlohmann::json api = document();
+  for (const auto& parameter : api["paths"]["/v1/jobs/{id}/image"]["get"]["parameters"])
+    if (parameter["name"] == name) return parameter["schema"]["enum"].get<Names>();
+  return {};
+}
+
+TEST(OpenApi, ListsTheProblemCodesThatThereAre) {
+  Names names;
+  for (const proto::ProblemEntry& entry : proto::problem_table()) names.emplace(entry.name);
+  EXPECT_EQ(document()["components"]["schemas"]["Problem"]["properties"]["code"]["enum"].get<Names>(), names);
+}
+
+TEST(OpenApi, ListsTheStatesThatThereAre) {
+  Names names;
+  for (int i = 0; i <= static_cast<int>(proto::JobState::canceled); ++i)
+    names.emplace(proto::name(static_cast<proto::JobState>(i)));
+  EXPECT_EQ(document()["components"]["schemas"]["JobState"]["enum"].get<Names>(), names);
+}
+
+TEST(OpenApi, ListsTheImagesThatThereAre) {
+  Names formats, planes;
+  for (const FormatEntry& entry : format_table()) formats.emplace(entry.name);
+  for (const PlaneEntry& entry : plane_table())
+    if (!entry.name.empty()) planes.emplace(entry.name);
+  EXPECT_EQ(parameter_values("format"), formats);
+  EXPECT_EQ(parameter_values("aov"), planes);
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,78 @@
+#include "server/router.h"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace tessera::server {
+namespace {
+
+Request request_of(std::string method, std::string_view target) {
+  Request request;
+  request.method = std::move(method);
+  request.target = *parse_target(target);
+  return request;
+}
+
+/// The pattern of the route that was found, or the status of the refusal.
+std::string found(Request request) {
+  const auto result = find_route(request);
+  if (const auto* route = std::get_if<const Route*>(&result)) return std::string((*route)->pattern);
+  return std::to_string(std::get<Response>(result).status);
+}
+
+TEST(Router, FindsByMethodAndPath) {
+  EXPECT_EQ(found(request_of("GET", "/v1/jobs")), "/v1/jobs");
+  EXPECT_EQ(found(request_of("GET", "/v1/jobs/abc")), "/v1/jobs/{id}");
+  EXPECT_EQ(found(request_of("POST", "/v1/jobs/abc/cancel")), "/v1/jobs/{id}/cancel");
+  EXPECT_EQ(found(request_of("GET", "/v1/jobs/abc/")), "404");
+  EXPECT_EQ(found(request_of("GET", "/v1")), "404");
+  EXPECT_EQ(found(request_of("GET", "/v1/jobs/abc/image/x")), "404");
+}
+
+TEST(Router, HandsOverTheParameter) {
+  Request request = request_of("DELETE", "/v1/jobs/a%20b");
+  ASSERT_TRUE(std::holds_alternative<const Route*>(find_route(request)));
+  EXPECT_EQ(request.parameter, "a b");
+}
+
+TEST(Router, AHashIsAHash) {
+  const std::string hash = "sha256:" + std::string(64, 'a');
+  EXPECT_EQ(found(request_of("GET", "/v1/scenes/" + hash)), "/v1/scenes/{hash}");
+  EXPECT_EQ(found(request_of("GET", "/v1/scenes/sha256%3A" + hash.substr(7))), "/v1/scenes/{hash}");
+  EXPECT_EQ(found(request_of("GET", "/v1/scenes/" + hash + "a")), "404");
+}
+
+TEST(Router, AnotherMethodIsToldWhichThereAre) {
+  Request request = request_of("PATCH", "/v1/jobs");
+  const auto result = find_route(request);
+  const Response& response = std::get<Response>(result);
+  EXPECT_EQ(response.status, 405);
+  EXPECT_EQ(response.headers.back(), std::pair(std::string("Allow"), std::string("POST, GET, HEAD")));
+}
+
+TEST(Router, TakesKnownQueryParametersOnceOnly) {
+  EXPECT_EQ(found(request_of("GET", "/v1/jobs?limit=1&state=queued")), "/v1/jobs");
+  EXPECT_EQ(found(request_of("GET", "/v1/jobs?limit=1&limit=1")), "400");
+  EXPECT_EQ(found(request_of("GET", "/livez?limit=1")), "400");
+}
+
+TEST(Router, DocumentsAreJson) {
+  Request request = request_of("POST", "/v1/scenes");
+  EXPECT_EQ(found(std::move(request)), "415");
+  request = request_of("POST", "/v1/scenes");
+  request.headers["content-type"] = "application/json; charset=utf-8";
+  EXPECT_EQ(found(std::move(request)), "/v1/scenes");
+  request = request_of("POST", "/v1/scenes");
+  request.headers = {{"content-type", "application/json"}, {"content-encoding", "gzip"}};
+  EXPECT_EQ(found(std::move(request)), "415");
+}
+
+TEST(Router, NoRouteStandsThereTwice) {
+  std::set<std::pair<std::string_view, std::string_view>> seen;
+  for (const Route& route : route_table())
+    EXPECT_TRUE(seen.emplace(route.method, route.pattern).second) << route.method << ' ' << route.pattern;
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,130 @@
+#include "server/structure_cache.h"
+
+#include <atomic>
+#include <future>
+#include <latch>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tessera::server {
+namespace {
+
+std::shared_ptr<const Scene> scene_of_spheres(int count) {
+  auto scene = std::make_shared<Scene>();
+  scene->materials.emplace_back();
+  for (int i = 0; i < count; ++i) {
+    scene->shapes.emplace_back(Sphere{{static_cast<float>(3 * i), 0, 0}, 1});
+    scene->objects.push_back({static_cast<std::uint32_t>(i), 0, std::nullopt});
+  }
+  return scene;
+}
+
+struct Answer {
+  std::shared_ptr<const Structure> structure;
+  bool shared = false;
+  std::exception_ptr error;
+};
+
+Answer ask(StructureCache& cache, const std::string& hash, const std::shared_ptr<const Scene>& scene,
+           AccelKind kind = AccelKind::bvh) {
+  Answer answer;
+  cache.get_or_build(hash, scene, kind,
+                     [&](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
+                       answer = {std::move(structure), shared, error};
+                     });
+  return answer;
+}
+
+TEST(StructureCache, KeepsOneForEachSceneAndKind) {
+  StructureCache cache(1 << 30);
+  const auto scene = scene_of_spheres(10);
+  const Answer first = ask(cache, "a", scene), second = ask(cache, "a", scene);
+  EXPECT_FALSE(first.shared);
+  EXPECT_TRUE(second.shared);
+  EXPECT_EQ(first.structure, second.structure);
+  EXPECT_EQ(first.structure->kind, AccelKind::bvh);
+  EXPECT_GT(first.structure->stats.bytes, 0U);
+  EXPECT_FALSE(ask(cache, "a", scene, AccelKind::brute).shared);
+  EXPECT_FALSE(ask(cache, "b", scene).shared);
+}
+
+TEST(StructureCache, BuildsOnceForAllWhoAskAtOnce) {
+  constexpr int kThreads = 8, kRounds = 50;
+  std::atomic<int> builds = 0;
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+    ++builds;
+    return make_accel(std::move(scene), kind);
+  });
+  const auto scene = scene_of_spheres(500);
+  for (int round = 0; round < kRounds; ++round) {
+    std::latch start(kThreads), left(kThreads);
+    std::atomic<int> unshared = 0;
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < kThreads; ++i)
+      threads.emplace_back([&] {
+        start.arrive_and_wait();
+        cache.get_or_build(std::to_string(round), scene, AccelKind::bvh,
+                           [&](const auto& structure, bool shared, const std::exception_ptr&) {
+                             EXPECT_TRUE(structure);
+                             if (!shared) ++unshared;
+                             left.count_down();
+                           });
+      });
+    left.wait();
+    EXPECT_EQ(unshared, 1) << "round " << round;
+    EXPECT_EQ(builds, round + 1);
+  }
+}
+
+TEST(StructureCache, WhoAsksDuringTheBuildDoesNotWait) {
+  std::promise<void> begun, go;
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+    begun.set_value();
+    go.get_future().wait();
+    return make_accel(std::move(scene), kind);
+  });
+  const auto scene = scene_of_spheres(10);
+  Answer first, second;
+  std::thread builder([&] { first = ask(cache, "a", scene); });
+  begun.get_future().wait();
+  std::thread::id answered_by;
+  cache.get_or_build("a", scene, AccelKind::bvh, [&](auto structure, bool shared, std::exception_ptr) {
+    second = {std::move(structure), shared, nullptr};
+    answered_by = std::this_thread::get_id();
+  });
+  EXPECT_FALSE(second.structure);
+  const std::thread::id builder_id = builder.get_id();
+  go.set_value();
+  builder.join();
+  EXPECT_EQ(first.structure, second.structure);
+  EXPECT_TRUE(second.shared);
+  EXPECT_EQ(answered_by, builder_id);
+}
+
+TEST(StructureCache, LetsGoOfWhatDoesNotFit) {
+  StructureCache cache(1);
+  const auto scene = scene_of_spheres(10);
+  const Answer first = ask(cache, "a", scene);
+  EXPECT_TRUE(first.structure);
+  EXPECT_EQ(first.structure.use_count(), 1);
+  EXPECT_FALSE(ask(cache, "a", scene).shared);
+}
+
+TEST(StructureCache, AFailureIsToldAndNotKept) {
+  int builds = 0;
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+    if (++builds == 1) throw std::runtime_error("no luck");
+    return make_accel(std::move(scene), kind);
+  });
+  const auto scene = scene_of_spheres(10);
+  const Answer failed = ask(cache, "a", scene);
+  EXPECT_TRUE(failed.error);
+  EXPECT_FALSE(failed.structure);
+  EXPECT_TRUE(ask(cache, "a", scene).structure);
+}
+
+}  // namespace
+}  // namespace tessera::server

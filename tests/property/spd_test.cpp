@@ -5,28 +5,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "proto/import/import.h"
 #include "tests/support/image.h"
+#include "tests/support/imported_scene.h"
 #include "tests/support/shared_data.h"
 
 namespace tessera {
 namespace {
-
-std::shared_ptr<const Scene> load_nff(const std::filesystem::path& path) {
-  auto file =
-      proto::import_file(path, proto::FileFormat::nff, path.filename().string(), [](auto) { return std::nullopt; });
-  if (!file) return nullptr;
-  auto scene = std::make_shared<Scene>();
-  for (proto::ImportedPart& part : file->parts) {
-    scene->objects.push_back({static_cast<std::uint32_t>(scene->shapes.size()), part.material.value_or(0), {}});
-    scene->shapes.push_back(std::move(part.shape));
-  }
-  scene->materials = file->materials;
-  scene->lights = file->lights;
-  scene->background = file->background.value_or(Rgb{});
-  scene->camera = file->camera;
-  return scene;
-}
 
 TEST(Spd, RayCountsAreHainesWithinTenPercent_Stress61) {
   const auto data = shared_data();
@@ -34,7 +18,7 @@ TEST(Spd, RayCountsAreHainesWithinTenPercent_Stress61) {
   const auto table = nlohmann::json::parse(std::ifstream(*data / "spd-nff/expected_stats.json"));
   std::printf("%-11s %-8s %10s %10s %8s\n", "scene", "rays", "Haines", "ours", "off by");
   for (const auto& [name, haines] : table["scenes"].items()) {
-    const auto scene = load_nff(*data / "spd-nff" / (name + ".nff"));
+    const auto scene = imported_scene(*data / "spd-nff" / (name + ".nff"));
     ASSERT_TRUE(scene) << name;
     Settings settings;  // 513 × 513 rays through the corners of 512 × 512 pixels, to depth 5
     settings.width = settings.height = 513;

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+
+namespace tessera::bench {
+
+struct BenchScene {
+  std::string name;
+  std::shared_ptr<const Scene> scene;
+  Camera camera;
+  bool from_issue = false;  ///< One that the issue's bars are about, not one of our own.
+};
+
+/// Haines' seven standard scenes and three meshes from the data beside the checkout (each one that is missing is
+/// said and left out), and three that are made here: every shape and material at once, a sphere of 82k triangles,
+/// and one object in an empty picture.
+std::vector<BenchScene> bench_scenes();
+
+}  // namespace tessera::bench

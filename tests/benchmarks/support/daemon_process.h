@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+
+#include <sys/types.h>
+
+#include "client/http.h"
+
+namespace tessera::bench {
+
+/// A tesserad of its own on a free loopback port, with its data in a folder that goes with it.
+class DaemonProcess {
+ public:
+  /// Returns once it listens. Throws std::runtime_error when it doesn't.
+  explicit DaemonProcess(const std::filesystem::path& program);
+  ~DaemonProcess();
+  DaemonProcess(const DaemonProcess&) = delete;
+  DaemonProcess& operator=(const DaemonProcess&) = delete;
+
+  const client::ServerAddress& address() const { return address_; }
+
+ private:
+  pid_t process_ = -1;
+  std::filesystem::path data_;
+  client::ServerAddress address_;
+};
+
+}  // namespace tessera::bench

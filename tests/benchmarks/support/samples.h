@@ -1,0 +1,38 @@
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace tessera::bench {
+
+/// Repeated measurements of one thing.
+class Samples {
+ public:
+  void add(double value) { values_.push_back(value); }
+  bool empty() const { return values_.empty(); }
+
+  double median() const { return quantile(0.5); }
+  /// Half the distance between the quartiles, as a share of the median.
+  double spread() const;
+  /// Linear between the sorted values; `q` in [0, 1]. Precondition: not empty.
+  double quantile(double q) const;
+
+  /// {"median", "q1", "q3", "min", "max", "n"}
+  nlohmann::json to_json() const;
+
+ private:
+  std::vector<double> values_;
+};
+
+/// Seconds since it was made.
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace tessera::bench

@@ -10,6 +10,7 @@
 #include "proto/import/nff.h"
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
+#include "proto/import/printable.h"
 #include "proto/import/read_file.h"
 
 namespace tessera::proto {
@@ -32,22 +33,36 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
   std::abort();
 }
 
+/// Pointers and details quote what the files hold.
+template <typename Message>
+void make_sayable(std::vector<Message>& messages) {
+  for (Message& message : messages) {
+    message.pointer = printable(message.pointer);
+    message.detail = printable(message.detail);
+    if (!message.detail.ends_with('.')) message.detail += '.';
+  }
+}
+
+Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
+  make_sayable(errors);
+  return {ProblemCode::invalid_document, std::string(name) + " can't be imported.", std::move(errors)};
+}
+
 }  // namespace
 
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
                              const CompanionSource& companions) {
   try {
-    return read(path, format, display_name, companions);
+    Imported imported = read(path, format, display_name, companions);
+    make_sayable(imported.warnings);
+    return imported;
   } catch (BrokenFile& broken) {
-    return Problem{ProblemCode::invalid_document, std::string(display_name) + " can't be imported.",
-                   std::move(broken.errors)};
+    return cannot_import(display_name, std::move(broken.errors));
   } catch (const std::bad_alloc&) {
-    return Problem{
-        ProblemCode::out_of_memory_budget, "There is no memory left to import " + std::string(display_name), {}};
+    const std::string detail = "There is no memory left to import " + std::string(display_name) + '.';
+    return Problem{ProblemCode::out_of_memory_budget, detail, {}};
   } catch (const std::exception& error) {
-    return Problem{ProblemCode::invalid_document,
-                   std::string(display_name) + " can't be imported.",
-                   {{file_place(display_name, 0), error.what()}}};
+    return cannot_import(display_name, {{file_place(display_name, 0), error.what()}});
   }
 }
 

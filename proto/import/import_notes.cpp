@@ -20,7 +20,7 @@ std::vector<SceneWarning> ImportNotes::warnings() const {
   std::vector<SceneWarning> warnings;
   for (const Note& note : notes_) {
     const std::string count = note.times == 1 ? "" : " (" + std::to_string(note.times) + " times)";
-    warnings.push_back({file_place(file_name_, note.first_line), note.what + count + '.'});
+    warnings.push_back({file_place(file_name_, note.first_line), note.what + count});
   }
   return warnings;
 }

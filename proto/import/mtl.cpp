@@ -124,7 +124,7 @@ bool MtlLibraries::load_file(const std::string& name) {
   try {
     loaded = load_text(read_file(*file, name, kLargestFile), name);
   } catch (const BrokenFile& broken) {
-    for (const FieldError& error : broken.errors) warnings.push_back({error.pointer, error.detail + '.'});
+    for (const FieldError& error : broken.errors) warnings.push_back({error.pointer, error.detail});
   }
   return loaded;
 }

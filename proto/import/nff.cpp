@@ -24,6 +24,9 @@ Rgb grey(float v) { return {v, v, v}; }
 
 bool in_reach(Vec3 p) { return is_finite(p) && max_component(abs(p)) <= kLargestCoordinate; }
 
+/// Far beyond any use; the products and powers of what is smaller stay finite.
+constexpr float kLargestShare = 1000, kLargestShine = 1e9F, kLargestLight = 1e9F;
+
 class NffReader {
  public:
   NffReader(std::string_view text, std::string_view file_name)
@@ -79,11 +82,14 @@ class NffReader {
     return {x, y, z};
   }
 
-  float share(const char* what) {
+  float number_up_to(float largest, const char* what) {
     const float value = number();
-    if (!(value >= 0) || !std::isfinite(value)) fail(std::string(what) + " must be a finite number from 0 up");
+    if (!(value >= 0 && value <= largest)) {
+      fail(std::string(what) + " must be a number from 0 to " + std::to_string(static_cast<int>(largest)));
+    }
     return value;
   }
+  float share(const char* what) { return number_up_to(kLargestShare, what); }
 
   Rgb color() { return {share("Red"), share("Green"), share("Blue")}; }
 
@@ -136,8 +142,8 @@ class NffReader {
     if (!in_reach(light.position)) fail("A light's position must be finite");
     if (const std::string_view red = cursor_.next_on_line(); !red.empty()) {
       const Rgb color{to_number(red), number(), number()};
-      if (!is_finite(color) || color.r < 0 || color.g < 0 || color.b < 0) {
-        fail("A light's colour must be finite and not negative");
+      for (const float c : {color.r, color.g, color.b}) {
+        if (!(c >= 0 && c <= kLargestLight)) fail("A light's colour must be three numbers from 0 to 1e9");
       }
       light.color = color;
     }
@@ -155,7 +161,8 @@ class NffReader {
 
   void read_fill() {
     const Rgb fill = color();
-    const float kd = share("Kd"), ks = share("Ks"), shine = share("Shine"), t = share("T"), ior = number();
+    const float kd = share("Kd"), ks = share("Ks"), shine = number_up_to(kLargestShine, "Shine"), t = share("T"),
+                ior = number();
     if (t > 0 && !(ior > 0 && std::isfinite(ior))) fail("A fill that transmits needs an index of refraction above 0");
     if (!cursor_.next_on_line().empty()) {
       notes_.add("What follows a fill's eight numbers (a texture, in some dialects) is ignored", cursor_.line());

@@ -100,7 +100,8 @@ class PlyReader {
   }
 
   void note_unused(const PlyElement& element, const std::string& names) {
-    if (!names.empty()) notes_.add("Of the element \"" + element.name + "\" is ignored:" + names.substr(0, 200), element.line);
+    if (!names.empty())
+      notes_.add("Of the element \"" + element.name + "\" is ignored:" + names.substr(0, 200), element.line);
   }
 
   static std::uint64_t least_size(const PlyElement& element) {

@@ -56,6 +56,19 @@ TEST_F(ImportFile, GivesABrokenFileAsAProblemWithItsPlace) {
   }
 }
 
+TEST_F(ImportFile, SaysNothingThatJsonCannotHold) {
+  const std::string bad = "\xFF\x01\xED\xA0\x80\xC3\xA9\xC3";  // U+00E9 is the one good character.
+  const Result<Imported> refused = import(bad + " 1\n", FileFormat::nff);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.problem().errors.at(0).detail.substr(0, 11), "\"?????\xC3\xA9?\" ");
+  EXPECT_TRUE(refused.problem().errors.at(0).detail.ends_with('.'));
+
+  const Result<Imported> warned = import("mtllib " + bad + "\nusemtl " + bad + "\n", FileFormat::obj);
+  ASSERT_TRUE(warned);
+  EXPECT_NE(warned->warnings.at(1).detail.find("\"?????\xC3\xA9?\""), std::string::npos);
+  for (const SceneWarning& warning : warned->warnings) EXPECT_TRUE(warning.detail.ends_with('.'));
+}
+
 TEST_F(ImportFile, RefusesWhatIsNoReadableFile) {
   for (const fs::path& path : {folder_ / "missing", folder_}) {
     const Result<Imported> result = import_file(path, FileFormat::obj, "shown", nullptr);

@@ -107,6 +107,7 @@ TEST(Nff, FillThatIsNone) {
   EXPECT_NE(error_of("f 1 1 1 1 1 1 0.5 0"), "") << "transmits without an index";
   EXPECT_NE(error_of("f 1 1 1 -1 1 1 0 0"), "");
   EXPECT_NE(error_of("f 1 1 1 1 1 nan 0 0"), "");
+  EXPECT_EQ(error_of("f 1e30 1 1 1 1 1 0 0"), "a.nff:1: Red must be a number from 0 to 1000");
   const Imported textured = read("f 1 1 1 1 1 1 0 1 earth map.jpg\ns 0 0 0 1");
   EXPECT_EQ(textured.parts.size(), 1U);
   ASSERT_EQ(textured.warnings.size(), 1U);

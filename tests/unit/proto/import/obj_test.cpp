@@ -177,7 +177,7 @@ TEST(Obj, WithoutFacesThereIsNoPartButAWarning) {
     const Imported file = read(text);
     EXPECT_TRUE(file.parts.empty());
     ASSERT_FALSE(file.warnings.empty());
-    EXPECT_EQ(file.warnings.back().detail, "The file has no triangles.");
+    EXPECT_EQ(file.warnings.back().detail, "The file has no triangles");
   }
 }
 
@@ -282,7 +282,7 @@ TEST_F(ObjMaterials, MissingOnesAreWarnings) {
   ASSERT_EQ(file.warnings.size(), 2U);
   EXPECT_EQ(file.warnings[0].pointer, "a.obj:6");
   EXPECT_EQ(file.warnings[1].pointer, "a.obj:8");
-  EXPECT_EQ(file.warnings[1].detail, "No material library has the material \"b\", nor 1 others.");
+  EXPECT_EQ(file.warnings[1].detail, "No material library has the material \"b\", nor 1 others");
   EXPECT_EQ(asked_, (std::vector<std::string>{"a.mtl", "b.mtl"})) << "asked for once each";
 }
 

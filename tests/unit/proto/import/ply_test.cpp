@@ -193,7 +193,7 @@ TEST(Ply, WithoutTrianglesThereIsNoPartButAWarning) {
     const Imported file = read(square_header(faces) + kSquare);
     EXPECT_TRUE(file.parts.empty());
     ASSERT_EQ(file.warnings.size(), 1U);
-    EXPECT_EQ(file.warnings[0].detail, "The file has no triangles.");
+    EXPECT_EQ(file.warnings[0].detail, "The file has no triangles");
   }
 }
 

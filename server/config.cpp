@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <thread>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -33,7 +34,7 @@ struct Paths {
 
 void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   const auto flag = [&app](const std::string& name, auto& value, const std::string& help) {
-    return app.add_option(name, value, help)->envname(variable_of(name))->capture_default_str();
+    return app.add_option(name, value, help)->envname(variable_of(name))->capture_default_str()->take_last();
   };
   const auto size = [&flag](const std::string& name, std::uint64_t& value, const std::string& help) {
     flag(name, value, help + " (bytes, or with a unit: 64MiB)")->transform(CLI::AsSizeValue(true));
@@ -62,6 +63,18 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->configurable(false);
 }
 
+/// The command line with the environment's settings before it, as CLI11 wants it: last word first. The library
+/// itself would let the file win over the environment.
+std::vector<std::string> command_line(const CLI::App& app, int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : app.get_options())
+    if (const char* value = option->get_envname().empty() ? nullptr : std::getenv(option->get_envname().c_str()))
+      words.push_back(option->get_name() + "=" + value);
+  words.insert(words.end(), argv + 1, argv + argc);
+  std::ranges::reverse(words);
+  return words;
+}
+
 }  // namespace
 
 std::variant<Config, int> parse_config(int argc, const char* const* argv) {
@@ -72,7 +85,7 @@ std::variant<Config, int> parse_config(int argc, const char* const* argv) {
   app.allow_config_extras(CLI::config_extras_mode::error);
   declare_flags(app, config, paths);
   try {
-    app.parse(argc, argv);
+    app.parse(command_line(app, argc, argv));
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   }

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <exception>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -34,7 +36,14 @@ void log_end(std::exception_ptr error) {
 }  // namespace
 
 tcp::acceptor listen_on(asio::io_context& io, const std::string& host, std::uint16_t port) {
-  return tcp::acceptor(asio::make_strand(io), tcp::endpoint(asio::ip::make_address(host), port));
+  boost::system::error_code error;
+  const auto address = asio::ip::make_address(host, error);
+  if (error) throw std::runtime_error("--host takes an IP address, not " + host);
+  try {
+    return tcp::acceptor(asio::make_strand(io), tcp::endpoint(address, port));
+  } catch (const boost::system::system_error& e) {
+    throw std::runtime_error("cannot listen on " + host + " port " + std::to_string(port) + ": " + e.code().message());
+  }
 }
 
 asio::awaitable<void> accept_all(asio::io_context& io, tcp::acceptor& acceptor, Connections& connections) {

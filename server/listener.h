@@ -10,7 +10,7 @@
 
 namespace tessera::server {
 
-/// Listens on host:port (0: any free port), on a strand of its own. Throws boost::system::system_error when it can't.
+/// Listens on host:port (0: any free port), on a strand of its own. Throws std::runtime_error when it can't.
 boost::asio::ip::tcp::acceptor listen_on(boost::asio::io_context& io, const std::string& host, std::uint16_t port);
 
 /// Accepts connections, each served on a strand of its own, until the acceptor is closed. Runs on the acceptor's

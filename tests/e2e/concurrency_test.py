@@ -126,9 +126,14 @@ class ProcessTest(unittest.TestCase):
             config = os.path.join(daemon.folder, "config.toml")
             with open(config, "w", encoding="utf-8") as file:
                 file.write('threads = 2\nmax-blob = "5MiB"\n')
-            with Daemon("--config", config, "--threads", "1") as other:
-                capabilities = other.request("GET", "/v1/capabilities").json()
-                self.assertEqual((capabilities["threads"], capabilities["limits"]["blob_bytes"]), (1, 5 << 20))
+            for flags, env, threads in (
+                ([], {}, 2),
+                ([], {"TESSERA_THREADS": "4"}, 4),
+                (["--threads", "1"], {"TESSERA_THREADS": "4"}, 1),
+            ):
+                with Daemon("--config", config, *flags, env=env) as other:
+                    capabilities = other.request("GET", "/v1/capabilities").json()
+                    self.assertEqual((capabilities["threads"], capabilities["limits"]["blob_bytes"]), (threads, 5 << 20))
 
     def test_what_it_cant_start_with(self):
         with Daemon() as daemon:

@@ -15,7 +15,9 @@ constexpr NumberRange kConeRadius{0, kLargestCoordinate, false, "a number from 0
 template <typename S>
 Maybe when(bool good, const S& shape) {
   if (!good) return std::nullopt;
-  return InlineShape{shape, {}};
+  Maybe out(std::in_place);
+  out->shape = shape;
+  return out;
 }
 
 /// A required field, read; false also when it is missing.
@@ -167,8 +169,10 @@ Maybe read_mesh(JsonFields& fields) {
   good &= read_triangles(*triangles, mesh.triangles, positions->size());
   if (normals) good &= read_normals(*normals, mesh.normals, positions->size());
   if (!good) return std::nullopt;
-  const DroppedTriangles dropped = drop_unusable_triangles(mesh);
-  return InlineShape{std::move(mesh), dropped};
+  Maybe out(std::in_place);
+  out->dropped = drop_unusable_triangles(mesh);
+  out->shape = std::move(mesh);
+  return out;
 }
 
 }  // namespace

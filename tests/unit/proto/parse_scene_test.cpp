@@ -321,5 +321,14 @@ TEST(ParseScene, ASourceOfFilesThatThrowsIsAnInternalErrorAndNotACrash) {
   EXPECT_EQ(result.problem().code, ProblemCode::internal_error);
 }
 
+TEST(ParseScene, RunningOutOfMemoryIsNoFaultOfTheDocument) {
+  struct Exhausted : NoFiles {
+    Result<SourceFile> asset(std::string_view) const override { throw std::bad_alloc(); }
+  };
+  const auto result = parse_scene(R"({"objects": [{"type": "file", "path": "a.obj"}]})", Exhausted(), Limits());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().code, ProblemCode::out_of_memory_budget);
+}
+
 }  // namespace
 }  // namespace tessera::proto

@@ -1,6 +1,7 @@
 #include "client/client.h"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <thread>
 

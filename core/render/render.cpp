@@ -14,21 +14,25 @@ class TileRenderer {
       : context_(context), tile_(tile), result_{Pixels(tile.rect, context.settings.aovs), {}} {}
 
   std::optional<TileResult> run(const std::stop_token& stop) {
-    for (std::int32_t y = tile_.rect.y0; y < tile_.rect.y1; ++y) {
-      if (stop.stop_requested()) return std::nullopt;
-      for (std::int32_t x = tile_.rect.x0; x < tile_.rect.x1; ++x) pixel(x, y);
-    }
+    for (std::int32_t y = tile_.rect.y0; y < tile_.rect.y1; ++y)
+      for (std::int32_t x = tile_.rect.x0; x < tile_.rect.x1; ++x)
+        if (!pixel(x, y, stop)) return std::nullopt;
     return std::move(result_);
   }
 
  private:
-  /// The same sum and the same division, whether its samples were traced or known to be background (law L6).
-  void pixel(std::int32_t x, std::int32_t y) {
+  /// The same sum and the same division, whether its samples were traced or known to be background (law L6). False
+  /// when told to stop.
+  bool pixel(std::int32_t x, std::int32_t y, const std::stop_token& stop) {
     const std::uint32_t samples = context_.settings.samples;
     Rgb sum;
-    for (std::uint32_t i = 0; i < samples; ++i) sum = sum + sample(x, y, i);
+    for (std::uint32_t i = 0; i < samples; ++i) {
+      if (stop.stop_requested()) return false;
+      sum = sum + sample(x, y, i);
+    }
     const auto n = static_cast<float>(samples);
     result_.pixels.color[result_.pixels.index(x, y)] = {sum.r / n, sum.g / n, sum.b / n};
+    return true;
   }
 
   Rgb sample(std::int32_t x, std::int32_t y, std::uint32_t index) {

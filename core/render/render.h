@@ -30,7 +30,7 @@ struct TileResult {
 };
 
 /// Renders tile `index` of the plan: a pure function of its arguments, safe to call from any thread. Nothing when
-/// `stop` was requested before it was done (looked at once a row).
+/// `stop` was requested before it was done (looked at before every sample).
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop = {});
 
 }  // namespace tessera

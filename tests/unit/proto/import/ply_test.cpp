@@ -206,6 +206,15 @@ TEST(Ply, UnusableTrianglesAreDroppedAndCounted) {
   EXPECT_NE(file.warnings[1].detail.find("two corners in one place"), std::string::npos);
 }
 
+TEST(Ply, UnusableTrianglesOfAStripAreDroppedAndCounted) {
+  const Imported file = read("ply\nformat ascii 1.0\nelement vertex 5\n" + kXyz +
+                             "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+                             "0 0 0\n1 0 0\n0 1 0\n1 1 0\nnan 2 0\n5 0 1 2 3 4\n");
+  EXPECT_EQ(mesh(file).triangles.size(), 2U);
+  ASSERT_EQ(file.warnings.size(), 1U);
+  EXPECT_NE(file.warnings[0].detail.find("NaN"), std::string::npos);
+}
+
 TEST(Ply, ADoubleBeyondFloatIsNotFinite) {
   std::string bytes =
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\nproperty double "

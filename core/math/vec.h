@@ -79,8 +79,6 @@ bool is_finite(Vec<T> a) {
 }
 
 constexpr Vec3d to_double(Vec3 a) { return {a.x, a.y, a.z}; }
-constexpr Vec3 to_float(Vec3d a) {
-  return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
-}
+constexpr Vec3 to_float(Vec3d a) { return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)}; }
 
 }  // namespace tessera

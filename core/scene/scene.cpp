@@ -7,9 +7,9 @@ Aabb world_bounds(const Scene& scene, const Object& object) {
   if (!object.placement || local.empty()) return local;
   Vec3d lo{kInfinity, kInfinity, kInfinity}, hi = -lo;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p = object.placement->point_to_world({corner & 1 ? local.hi.x : local.lo.x,  //
-                                                      corner & 2 ? local.hi.y : local.lo.y,
-                                                      corner & 4 ? local.hi.z : local.lo.z});
+    const Vec3d p =
+        object.placement->point_to_world({corner & 1 ? local.hi.x : local.lo.x,  //
+                                          corner & 2 ? local.hi.y : local.lo.y, corner & 4 ? local.hi.z : local.lo.z});
     lo = min(lo, p);
     hi = max(hi, p);
   }

@@ -39,7 +39,8 @@ TEST(Transform, Stress35_SingularMatricesAreRefused) {
   EXPECT_FALSE(Transform::from_rows({}));
   EXPECT_FALSE(Transform::from_rows({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}));
   EXPECT_FALSE(Transform::from_rows({1, 2, 3, 0, 2, 4, 6, 0, 0, 0, 1, 0}));
-  EXPECT_FALSE(Transform::from_rows({0.1, 0.2, 0.3, 0, 0.4, 0.5, 0.6, 0, 0.7, 0.8, 0.9, 0}));  // det 7e-18: rounding
+  // Singular but for rounding.
+  EXPECT_FALSE(Transform::from_rows({0.1, 0.2, 0.3, 0, 0.4, 0.5, 0.6, 0, 0.7, 0.8, 0.9, 0}));
   // A scale alone never makes a matrix singular, however small.
   EXPECT_TRUE(Transform::from_rows({1e-12, 0, 0, 0, 0, 1e-12, 0, 0, 0, 0, 1e-12, 0}));
   EXPECT_TRUE(Transform::from_rows({1e4, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1e-4, 0}));

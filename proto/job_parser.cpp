@@ -34,9 +34,14 @@ void read_accel(JsonCursor value, Settings& settings) {
   fields.refuse_unknown();
 }
 
-void read_tile_size(JsonCursor value, Settings& settings) {
+void read_tile_size(JsonCursor value, Settings& settings, const Limits& limits) {
   if (value.is_number()) {
-    read(value, settings.tile_size, 1, kLargestTile);
+    if (!read(value, settings.tile_size, 1, kLargestTile)) return;
+    const auto across = [&](std::uint64_t pixels) { return (pixels + settings.tile_size - 1) / settings.tile_size; };
+    const std::uint64_t tiles = across(settings.width) * across(settings.height);
+    if (tiles > limits.max_tiles)
+      value.error("The image would have " + std::to_string(tiles) + " tiles; at most " +
+                  std::to_string(limits.max_tiles) + " are allowed. Make the tiles larger.");
   } else if (value.kind() == JsonKind::string && value.string() == "whole") {
     settings.tile_size = std::max(settings.width, settings.height);
   } else if (value.kind() != JsonKind::string || value.string() != "auto") {
@@ -71,7 +76,7 @@ void read_settings(JsonCursor value, Settings& settings, const Limits& limits) {
   if (const auto accel = fields.optional("accel")) read_accel(*accel, settings);
   read<ScreenBounds>(fields.optional("screen_bounds"), settings.screen_bounds,
                      {{"off", ScreenBounds::off}, {"flat", ScreenBounds::flat}});
-  if (const auto tile_size = fields.optional("tile_size")) read_tile_size(*tile_size, settings);
+  if (const auto tile_size = fields.optional("tile_size")) read_tile_size(*tile_size, settings, limits);
   if (const auto aovs = fields.optional("aovs")) read_aovs(*aovs, settings);
   fields.refuse_unknown();
 

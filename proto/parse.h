@@ -18,6 +18,7 @@ namespace tessera::proto {
 struct Limits {
   std::uint32_t max_depth = 64;                  ///< Nesting of JSON arrays and objects.
   std::uint64_t max_pixels = 1ULL << 26;         ///< width × height.
+  std::uint64_t max_tiles = 1ULL << 22;          ///< Of a fixed size, in one image.
   std::uint64_t max_samples = 1ULL << 36;        ///< width × height × samples.
   std::uint64_t max_primitives = 0xFFFFFFFEULL;  ///< With instances counted.
   std::uint64_t max_scene_bytes = 4ULL << 30;    ///< core's `memory_bytes` of the scene.

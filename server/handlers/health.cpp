@@ -68,6 +68,7 @@ Response show_capabilities(Services& services, Request&) {
                                {"unfinished_jobs", config.max_jobs},
                                {"film_bytes", config.max_film_memory},
                                {"pixels", config.documents.max_pixels},
+                               {"tiles", config.documents.max_tiles},
                                {"samples", config.documents.max_samples},
                                {"primitives", config.documents.max_primitives},
                                {"objects", config.documents.max_objects},

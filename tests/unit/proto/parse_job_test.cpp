@@ -94,10 +94,11 @@ TEST(ParseJob, AnInlineSceneIsTheSceneThatStandsAlone) {
   EXPECT_EQ(scene.scene->warnings[0].pointer, "/objects/1") << "warnings point into the scene document";
 }
 
-TEST(ParseJob, PixelsAndSamplesAreLimited) {
+TEST(ParseJob, PixelsTilesAndSamplesAreLimited) {
   const auto refused_at = [](const std::string& rest) -> std::string {
     Limits limits;
     limits.max_pixels = 100;
+    limits.max_tiles = 20;
     limits.max_samples = 1000;
     const auto job = parse_job(kByHash + rest + "}", NoFiles(), limits);
     return job ? "nowhere" : job.problem().errors.at(0).pointer;
@@ -105,6 +106,9 @@ TEST(ParseJob, PixelsAndSamplesAreLimited) {
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 101, "height": 1})"), "/image");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 4294967295, "height": 4294967295})"), "/image");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 9}, "settings": {"tile_size": 2})"),
+            "/settings/tile_size");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 8}, "settings": {"tile_size": 2})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 10})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 11})"), "/settings/samples");
 }

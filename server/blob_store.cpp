@@ -15,10 +15,9 @@ Problem refused(std::string detail) { return {ProblemCode::invalid_document, std
 
 bool climbs(const fs::path& path) { return std::ranges::find(path, fs::path("..")) != path.end(); }
 
-/// Whether `path` lies under `root`; both canonical.
-bool is_under(const fs::path& path, const fs::path& root) {
-  const auto [in_root, in_path] = std::ranges::mismatch(root, path);
-  return in_root == root.end() && in_path != path.end();
+/// Whether `path` is `root` or lies under it; both canonical.
+bool is_within(const fs::path& path, const fs::path& root) {
+  return std::ranges::mismatch(root, path).in1 == root.end();
 }
 
 }  // namespace
@@ -62,7 +61,7 @@ proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path
   // The same words for a missing file and for a link that leaves the root, which says nothing of what lies outside.
   const Problem missing = refused("There is no such file under the asset root.");
   const fs::path path = fs::canonical(asset_root_ / relative, error);
-  if (error || !is_under(path, asset_root_) || !fs::is_regular_file(path, error)) return missing;
+  if (error || !is_within(path, asset_root_) || !fs::is_regular_file(path, error)) return missing;
   auto hash = proto::hash_file(path);
   if (!hash) return refused("The file can't be read.");
   return proto::SourceFile{path, *std::move(hash)};

@@ -39,10 +39,8 @@ bool may_follow(JobState from, JobState to) {
 
 std::string JobTable::new_id() {
   // 48 bits of time, made to grow, then 80 random bits: sorts by arrival, and can't be guessed.
-  const auto now =
-      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
-          .count() /
-      16;
+  const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
+  const auto now = std::chrono::duration_cast<std::chrono::milliseconds>(since_epoch).count();
   last_time_ = std::max(last_time_ + 1, static_cast<std::uint64_t>(now));
   std::random_device random;
   char id[33];

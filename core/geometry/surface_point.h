@@ -9,7 +9,7 @@ struct SurfacePoint {
   Vec3d position;          ///< On the primitive to `error`, per axis (not merely on the ray).
   Vec3d error;             ///< ≥ 0; bounds |position − exact surface| per axis.
   Vec3d geometric_normal;  ///< Unit; outward of solids, counter-clockwise face of flat shapes.
-  Vec3d shading_normal;    ///< Unit; differs from `geometric_normal` only on meshes with vertex normals.
+  Vec3d shading_normal;    ///< Unit, on the geometric normal's side; another only on meshes with vertex normals.
 };
 
 }  // namespace tessera

@@ -29,7 +29,8 @@ SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], 
   if (normals) {
     const Vec3d smooth =
         to_double(normals[0]) * share[0] + to_double(normals[1]) * share[1] + to_double(normals[2]) * share[2];
-    out.shading_normal = unit_or(smooth, flat);
+    // Files exist whose normals point against their winding: the winding says which side is out.
+    out.shading_normal = unit_or(dot(smooth, flat) < 0 ? -smooth : smooth, flat);
   }
   return out;
 }

@@ -113,6 +113,10 @@ TEST(Triangle, SurfaceInterpolatesNormalsAndKeepsTheFace) {
   EXPECT_NEAR(smooth.shading_normal.z, std::sqrt(0.5), 1e-15);
   EXPECT_NEAR(smooth.position.x, 0.5, 1e-15);
   EXPECT_EQ(triangle_surface(TriangleRay(ray), corners, nullptr).shading_normal, (Vec3d{0, 0, 1}));
+
+  const Vec3 inward[3] = {{0, 0, -2}, {0, -2, 0}, {0, 0, -2}};
+  EXPECT_EQ(triangle_surface(TriangleRay(ray), corners, inward).shading_normal, smooth.shading_normal)
+      << "normals against the winding are turned to its side";
 }
 
 TEST(TriangleMesh, DropsAndCountsWhatCannotBeHit_Stress27) {

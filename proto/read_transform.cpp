@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/math/portable.h"
 #include "proto/read_values.h"
 
 namespace tessera::proto {
@@ -38,11 +39,11 @@ struct SineCosine {
   double sine, cosine;
 };
 
-/// Exact at multiples of 90°, unlike the library's functions of the angle in radians.
+/// Exact at multiples of 90°, unlike functions of the angle in radians.
 SineCosine sine_cosine(double degrees) {
   int quadrant = 0;
   const double rest = std::remquo(degrees, 90, &quadrant) * std::numbers::pi / 180;
-  const double s = std::sin(rest), c = std::cos(rest);
+  const double s = portable_sin(rest), c = portable_cos(rest);
   switch (quadrant & 3) {
     case 0:
       return {s, c};

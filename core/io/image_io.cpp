@@ -7,6 +7,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "core/math/portable.h"
+
 namespace tessera {
 namespace {
 
@@ -15,7 +17,7 @@ using Bytes = std::vector<std::byte>;
 /// sRGB's transfer curve (IEC 61966-2-1) on a value clamped to 0..1, as a byte. NaN becomes black.
 std::uint8_t display_byte(float linear) {
   const double v = linear > 0 ? std::min(double{linear}, 1.0) : 0.0;
-  const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+  const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * portable_exp2(portable_log2(v) / 2.4) - 0.055;
   return static_cast<std::uint8_t>(encoded * 255 + 0.5);
 }
 
@@ -178,6 +180,7 @@ std::optional<Bytes> encode_exr(const Pixels& p, Plane plane, const std::vector<
   if (wanted(Plane::object_id)) channels.add({"objectId"}, OIIO::TypeDesc::UINT, p.object_id);
   OIIO::ImageSpec spec = channels.spec(p.rect.width(), p.rect.height());
   spec.attribute("compression", "zip");
+  spec.attribute("DateTime", "1970:01:01 00:00:00");  // else OpenImageIO writes the time: equal pixels, equal bytes
   spec.attribute("oiio:ColorSpace", "Linear");
   return write("image.exr", spec, OIIO::TypeDesc::UNKNOWN, channels.interleaved().data());
 }

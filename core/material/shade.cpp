@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/math/portable.h"
+
 namespace tessera {
 
 Rgb shade(const Material& material, Vec3 normal, Vec3 to_viewer, Vec3 to_light, Rgb irradiance) {
@@ -12,7 +14,7 @@ Rgb shade(const Material& material, Vec3 normal, Vec3 to_viewer, Vec3 to_light, 
   Rgb scattered = material.diffuse * cos_theta;
   if (!material.specular.is_black()) {
     const float cos_alpha = dot(mirror(-to_viewer, normal), to_light);
-    if (cos_alpha > 0) scattered = scattered + material.specular * std::pow(cos_alpha, material.shininess);
+    if (cos_alpha > 0) scattered = scattered + material.specular * portable_pow(cos_alpha, material.shininess);
   }
   return scattered * irradiance * std::numbers::inv_pi_v<float>;
 }

@@ -1,6 +1,6 @@
 #include "core/scene/frame_scene.h"
 
-#include <cmath>
+#include "core/math/portable.h"
 
 namespace tessera {
 
@@ -15,7 +15,7 @@ Camera frame_scene(const Scene& scene) {
   // A sphere around the box, with room for the rounding of `from` and `at`, touches the square image's edges.
   const double rounding = 8 * kUnitRoundoff * length(center);
   const double radius = 0.5 * length(to_double(box.hi) - to_double(box.lo)) + rounding;
-  const double distance = (radius > 0 ? radius : 1) / std::sin(0.5 * static_cast<double>(camera.vertical_fov));
+  const double distance = (radius > 0 ? radius : 1) / portable_sin(0.5 * static_cast<double>(camera.vertical_fov));
   const Vec3d toward_viewer{0.4, 0.35, 1};
   camera.view.from = to_float(center + (distance / length(toward_viewer)) * toward_viewer);
   return camera;

@@ -1,6 +1,6 @@
 #include "core/screen/camera_rays.h"
 
-#include <cmath>
+#include "core/math/portable.h"
 
 namespace tessera {
 namespace {
@@ -18,7 +18,7 @@ CameraRays::CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t 
   down_ = cross(forward_, right_);
   const auto* pinhole = std::get_if<PerspectiveCamera>(&camera);
   const double picture_height =
-      pinhole ? 2 * std::tan(pinhole->vertical_fov / 2.0) : double{std::get<OrthographicCamera>(camera).height};
+      pinhole ? 2 * portable_tan(pinhole->vertical_fov / 2.0) : double{std::get<OrthographicCamera>(camera).height};
   pixel_ = picture_height / height;
 }
 
@@ -48,6 +48,12 @@ double CameraRays::stray_pixels(double reach) const {
   const double stray = perspective_ ? 2 * kUnitRoundoff * (1 + half) * (1 + half)
                                     : 2 * kUnitRoundoff * (max_component(abs(eye_)) + half + 2 * reach);
   return stray / pixel_;
+}
+
+double CameraRays::stray_depth(double reach) const {
+  // A pinhole's rays all start at the eye itself. The float origin of one of the parallel rays that reach so far is off
+  // by u of each coordinate, at most √3·u·(|eye| + 2·reach) in length.
+  return perspective_ ? 0 : 2 * kUnitRoundoff * (max_component(abs(to_double(eye_))) + 2 * reach);
 }
 
 }  // namespace tessera

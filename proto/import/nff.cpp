@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/math/portable.h"
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
 #include "proto/import/mesh_repair.h"
@@ -17,7 +18,7 @@ namespace tessera::proto {
 namespace {
 
 /// A display value in linear light (IEC 61966-2-1).
-float decoded(float v) { return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F); }
+float decoded(float v) { return v <= 0.04045F ? v / 12.92F : portable_pow((v + 0.055F) / 1.055F, 2.4F); }
 Rgb decoded(Rgb c) { return {decoded(c.r), decoded(c.g), decoded(c.b)}; }
 
 Rgb grey(float v) { return {v, v, v}; }
@@ -133,7 +134,7 @@ class NffReader {
     if (result_.camera) notes_.add("A further view takes the place of the one before", line);
 
     const double half = *angle * std::numbers::pi / 360, n = rows;
-    const auto fov = static_cast<float>(2 * std::atan(std::tan(half) * n / (n - 1)));
+    const auto fov = static_cast<float>(2 * portable_atan(portable_tan(half) * n / (n - 1)));
     result_.camera = PerspectiveCamera{{*from, *at, *up}, fov};
   }
 

@@ -15,8 +15,10 @@ std::unique_ptr<const Accel> make(std::shared_ptr<const Scene> scene) {
 }
 
 constexpr std::array kTable{
-    AccelEntry{AccelKind::brute, "brute", "every primitive, for every ray; nothing is built", make<LinearIndex>},
-    AccelEntry{AccelKind::bvh, "bvh", "a SAH hierarchy of boxes over objects, and one over each mesh", make<BoxTree>},
+    AccelEntry{AccelKind::brute, "brute", "every candidate primitive, one by one; nothing is built", false,
+               make<LinearIndex>},
+    AccelEntry{AccelKind::bvh, "bvh", "a SAH hierarchy of boxes over objects, and one over each mesh", true,
+               make<BoxTree>},
 };
 
 const AccelEntry* find(AccelKind kind) {

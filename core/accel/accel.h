@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/accel/object_marks.h"
 #include "core/math/ray.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
@@ -31,20 +32,22 @@ struct AccelStats {
 };
 
 /// The seam: every structure answers the same two questions with the same bits (laws L1 and L2 of the design).
-/// Immutable once made; all calls are safe from any number of threads. A ray that isn't `is_traceable` misses.
+/// Immutable once made; all calls are safe from any number of threads. A ray that isn't `is_traceable` misses. Objects
+/// that are tested, beyond their bounds, are marked in `tested` if that is given.
 class Accel {
  public:
   virtual ~Accel() = default;
 
   /// The smallest hit in the ray's open interval.
-  virtual std::optional<Hit> closest(const Ray& ray) const = 0;
+  virtual std::optional<Hit> closest(const Ray& ray, ObjectMarks* tested = nullptr) const = 0;
 
   /// Whether anything at all lies in the ray's open interval.
-  virtual bool occluded(const Ray& ray) const = 0;
+  virtual bool occluded(const Ray& ray, ObjectMarks* tested = nullptr) const = 0;
 
   /// Like `closest`, over these objects only (ascending indices): a first-level ray that knows what projects
   /// into its tile.
-  virtual std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects) const = 0;
+  virtual std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
+                                           ObjectMarks* tested = nullptr) const = 0;
 
   virtual AccelStats stats() const = 0;
 };
@@ -54,6 +57,7 @@ struct AccelEntry {
   AccelKind kind;
   std::string_view name;
   std::string_view summary;
+  bool builds;  ///< Whether making it takes more than collecting boxes.
   std::unique_ptr<const Accel> (*make)(std::shared_ptr<const Scene>);
 };
 std::span<const AccelEntry> accel_table();

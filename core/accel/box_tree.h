@@ -59,7 +59,7 @@ void BoxTree::visit(const CullRay& ray, float t_min, float limit, Leaf&& leaf) c
   };
   Pending stack[kMaxDepth];
   int top = 0;
-  const auto missed = [&](Interval span) { return span.lo > span.hi || span.lo > limit || span.hi < t_min; };
+  const auto missed = [&](Interval span) { return CullRay::misses(span, t_min, limit); };
   if (missed(ray.clip(nodes_[0].box))) return;
   std::uint32_t current = 0;
   while (true) {

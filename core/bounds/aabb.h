@@ -37,7 +37,7 @@ constexpr double half_area(const Aabb& b) {
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-/// The smallest box with float bounds that holds [lo, hi] given in double, plus one ulp outward.
+/// A box with float bounds that holds [lo, hi] given in double: the nearest floats, one ulp further out.
 Aabb outward(Vec3d lo, Vec3d hi);
 
 }  // namespace tessera

@@ -18,7 +18,7 @@ namespace tessera {
 ///   2. A direction component smaller than |d|·2^-26 is replaced by that, so that nothing divides by zero. A point
 ///      within M of the origin (t ≤ M/|d|∞) moves by at most M·2^-26 = uM/4.
 ///   3. A primitive's t is exact to one rounding (core/geometry computes in double): u·|t·d| ≤ uM along the axis.
-///      What double leaves sideways is below 2^-40·M.
+///      What double leaves beside that is below 2^-30·M, uM/64 (core/geometry/double_root.h).
 ///   4. The pad's own product and difference: 2u of the result, ≤ 2uM(1 + 8u).
 /// That is less than 7uM; 8uM is the pad. Instances add the rounding of their transforms (`Transform::Error`).
 class CullRay {
@@ -37,9 +37,8 @@ class CullRay {
     }
   }
 
-  /// The part of the line within the padded box: contains the t of every hit on what the box bounds. Empty for a
-  /// box that is missed. Where coordinates near the largest float overflow, an end may be NaN: that counts as a
-  /// part of the line, never as a miss.
+  /// The part of the line within the padded box: contains the t of every hit on what the box bounds. Where coordinates
+  /// near the largest float overflow, an end may be NaN; `misses` takes that as no bound at all.
   Interval clip(const Aabb& box) const {
     const auto near = [&](int i) {
       return (((backward_[i] ? box.hi : box.lo)[i] - origin_[i]) * inverse_[i]) - pad_[i];
@@ -49,6 +48,12 @@ class CullRay {
     };
     return {std::max(near(0), std::max(near(1), near(2))), std::min(far(0), std::min(far(1), far(2)))};
   }
+
+  /// Whether no hit with t_min < t ≤ limit can lie in a box that was clipped to `span`.
+  static bool misses(Interval span, float t_min, float limit) {
+    return span.lo > span.hi || span.lo > limit || span.hi < t_min;
+  }
+  bool misses(const Aabb& box, float t_min, float limit) const { return misses(clip(box), t_min, limit); }
 
  private:
   Vec3 origin_;

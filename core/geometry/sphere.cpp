@@ -25,7 +25,7 @@ double power_of_origin(Vec3d f, double radius) {
 
 /// Solved about the foot of the perpendicular from the centre, so that |f|, not |f|², bounds what rounds (Haines
 /// et al. 2019). With ε = 2^-53 the foot is known to 4·ε·|f|, so radius² of the point found is wrong by at most
-/// 8·ε·r·|f| + 4·ε·r², and the point lies within 8·ε·M of the sphere before t is rounded: far inside 16·u·M.
+/// 8·ε·r·|f| + 4·ε·r², and the point lies within 8·ε·M of the sphere before t is rounded: far inside 2^-30·M.
 std::optional<Root> first_root(const Sphere& sphere, const Ray& ray) {
   const Vec3d d = to_double(ray.direction);
   const Vec3d f = to_double(sphere.center) - to_double(ray.origin);

@@ -20,8 +20,8 @@ SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], 
 
   SurfacePoint out;
   out.position = a * share[0] + b * share[1] + c * share[2];
-  // A mix of corners with weights known to 2^-50 strays by less than 2^-48 of the largest coordinate, along every
-  // axis: the next ray's test mixes them all into its t.
+  // Whatever its weights, a mix of corners lies in the triangle's plane, but for roundings: less than 2^-48 of the
+  // largest coordinate, along every axis, since the next ray's test mixes them all into its t.
   const double stray = max_component(max(abs(a), max(abs(b), abs(c)))) * 0x1p-48;
   out.error = {stray, stray, stray};
   const Vec3d flat = unit_or(cross(b - a, c - a), {0, 0, 1});

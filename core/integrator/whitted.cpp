@@ -31,6 +31,12 @@ Vec3 mirrored(Vec3 direction, const Shading& at) {
   return dot(smooth, at.flat_normal) > 0 ? smooth : mirror(direction, at.flat_normal);
 }
 
+/// Bent at the shading normal, or at the flat one where that would lead back out.
+std::optional<Vec3> refracted(Vec3 direction, const Shading& at, float eta) {
+  const auto smooth = refract(direction, at.normal, eta);
+  return !smooth || dot(*smooth, at.flat_normal) < 0 ? smooth : refract(direction, at.flat_normal, eta);
+}
+
 }  // namespace
 
 Rgb Whitted::radiance(const Ray& ray, const std::optional<Hit>& hit, std::uint32_t depth) {
@@ -51,7 +57,7 @@ Rgb Whitted::radiance(const Ray& ray, const std::optional<Hit>& hit, std::uint32
                     follow(spawn_origin(at.surface, to_double(at.to_viewer)), mirrored(direction, at), depth);
   }
   if (!material.transmit.is_black())
-    if (const auto bent = refract(direction, at.normal, eta)) {
+    if (const auto bent = refracted(direction, at, eta)) {
       ++counts_.refraction;
       sum = sum + material.transmit * passed * follow(spawn_origin(at.surface, to_double(direction)), *bent, depth);
     }
@@ -71,7 +77,7 @@ Rgb Whitted::direct(const Material& material, const Shading& at) {
             const Rgb lit = shade(material, at.normal, at.to_viewer, in.to_light, in.irradiance);
             if (lit.is_black()) return;
             ++counts_.shadow;
-            if (!accel_.occluded(in.shadow_ray)) sum = sum + lit;
+            if (!accel_.occluded(in.shadow_ray, tested_)) sum = sum + lit;
           }
         },
         light);
@@ -79,8 +85,9 @@ Rgb Whitted::direct(const Material& material, const Shading& at) {
 }
 
 Rgb Whitted::follow(Vec3 origin, Vec3 direction, std::uint32_t depth) {
+  if (stop_.stop_requested()) return {};
   const Ray ray{origin, direction};
-  return radiance(ray, accel_.closest(ray), depth + 1);
+  return radiance(ray, accel_.closest(ray, tested_), depth + 1);
 }
 
 }  // namespace tessera

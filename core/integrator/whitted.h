@@ -1,5 +1,8 @@
 #pragma once
 
+#include <stop_token>
+#include <utility>
+
 #include "core/accel/accel.h"
 #include "core/integrator/ray_counts.h"
 #include "core/math/rgb.h"
@@ -14,8 +17,11 @@ struct Shading;
 /// chain. A ray that hits nothing brings the background.
 class Whitted {
  public:
-  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts)
-      : scene_(scene), accel_(accel), max_depth_(max_depth), counts_(counts) {}
+  /// `tested`, if given, is told which objects are tested. Once `stop` is requested no further ray is traced, and what
+  /// comes back means nothing.
+  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts,
+          ObjectMarks* tested = nullptr, std::stop_token stop = {})
+      : scene_(scene), accel_(accel), max_depth_(max_depth), counts_(counts), tested_(tested), stop_(std::move(stop)) {}
 
   /// Radiance that arrives along `ray` (W/(sr m²)), given what it hits; `depth` counts the rays of the chain, the
   /// camera's being 1.
@@ -30,6 +36,8 @@ class Whitted {
   const Accel& accel_;
   std::uint32_t max_depth_;
   RayCounts& counts_;
+  ObjectMarks* tested_;
+  std::stop_token stop_;
 };
 
 }  // namespace tessera

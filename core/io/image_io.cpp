@@ -180,6 +180,7 @@ std::optional<Bytes> encode_exr(const Pixels& p, Plane plane, const std::vector<
   if (wanted(Plane::object_id)) channels.add({"objectId"}, OIIO::TypeDesc::UINT, p.object_id);
   OIIO::ImageSpec spec = channels.spec(p.rect.width(), p.rect.height());
   spec.attribute("compression", "zip");
+  spec.attribute("DateTime", "1970:01:01 00:00:00");  // else OpenImageIO writes the time: equal pixels, equal bytes
   spec.attribute("oiio:ColorSpace", "Linear");
   return write("image.exr", spec, OIIO::TypeDesc::UNKNOWN, channels.interleaved().data());
 }

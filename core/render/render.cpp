@@ -1,5 +1,7 @@
 #include "core/render/render.h"
 
+#include <utility>
+
 #include "core/integrator/spawn.h"
 #include "core/integrator/whitted.h"
 #include "core/sampling/pixel_samples.h"
@@ -10,25 +12,25 @@ namespace {
 /// Renders one tile, pixel by pixel.
 class TileRenderer {
  public:
-  TileRenderer(const RenderContext& context, const Tile& tile)
-      : context_(context), tile_(tile), result_{Pixels(tile.rect, context.settings.aovs), {}} {}
+  TileRenderer(const RenderContext& context, const Tile& tile, std::stop_token stop)
+      : context_(context), tile_(tile), stop_(std::move(stop)), result_{Pixels(tile.rect, context.settings.aovs), {}} {}
 
-  std::optional<TileResult> run(const std::stop_token& stop) {
+  std::optional<TileResult> run() {
     for (std::int32_t y = tile_.rect.y0; y < tile_.rect.y1; ++y)
       for (std::int32_t x = tile_.rect.x0; x < tile_.rect.x1; ++x)
-        if (!pixel(x, y, stop)) return std::nullopt;
+        if (!pixel(x, y)) return std::nullopt;
     return std::move(result_);
   }
 
  private:
   /// The same sum and the same division, whether its samples were traced or known to be background (law L6). False
   /// when told to stop.
-  bool pixel(std::int32_t x, std::int32_t y, const std::stop_token& stop) {
+  bool pixel(std::int32_t x, std::int32_t y) {
     const std::uint32_t samples = context_.settings.samples;
     Rgb sum;
     for (std::uint32_t i = 0; i < samples; ++i) {
-      if (stop.stop_requested()) return false;
       sum = sum + sample(x, y, i);
+      if (stop_.stop_requested()) return false;  // also when it was cut short by that
     }
     const auto n = static_cast<float>(samples);
     result_.pixels.color[result_.pixels.index(x, y)] = {sum.r / n, sum.g / n, sum.b / n};
@@ -48,13 +50,14 @@ class TileRenderer {
     ++result_.rays.camera;
     if (hit) ++result_.rays.camera_hits;
     if (hit && index == 0) record_aovs(result_.pixels.index(x, y), ray, *hit);
-    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays).radiance(ray, hit);
+    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays, context_.tested.get(), stop_)
+        .radiance(ray, hit);
   }
 
   std::optional<Hit> first_hit(const Ray& ray) const {
     if (tile_.first_level == FirstLevel::candidates)
-      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_));
-    return context_.accel->closest(ray);
+      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_), context_.tested.get());
+    return context_.accel->closest(ray, context_.tested.get());
   }
 
   void record_aovs(std::size_t pixel, const Ray& ray, const Hit& hit) {
@@ -69,13 +72,14 @@ class TileRenderer {
 
   const RenderContext& context_;
   const Tile& tile_;
+  std::stop_token stop_;
   TileResult result_;
 };
 
 }  // namespace
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop) {
-  return TileRenderer(context, context.plan.tiling.tiles[index]).run(stop);
+  return TileRenderer(context, context.plan.tiling.tiles[index], std::move(stop)).run();
 }
 
 }  // namespace tessera

@@ -15,13 +15,14 @@
 
 namespace tessera {
 
-/// Everything that rendering a tile reads. Immutable; shared by all threads of a job.
+/// Everything that rendering a tile reads; shared by all threads of a job. Immutable but for the marks.
 struct RenderContext {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Accel> accel;  ///< Null where the plan needs none (`needs_structure`).
   Settings settings;
   Plan plan;
   CameraRays rays;
+  std::shared_ptr<ObjectMarks> tested = nullptr;  ///< Told which objects are tested; null when nobody asks.
 };
 
 struct TileResult {
@@ -30,7 +31,7 @@ struct TileResult {
 };
 
 /// Renders tile `index` of the plan: a pure function of its arguments, safe to call from any thread. Nothing when
-/// `stop` was requested before it was done (looked at before every sample).
+/// `stop` was requested before it was done (looked at before every sample and every mirrored or refracted ray).
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop = {});
 
 }  // namespace tessera

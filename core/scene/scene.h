@@ -44,7 +44,7 @@ struct Scene {
 };
 
 /// The box of a placed object in world space: empty for an empty shape; padded for the rounding of the placement
-/// itself, not for that of rays (core/bounds/cull_pad.h does that per ray).
+/// itself, not for that of rays (core/bounds/cull_ray.h does that per ray).
 Aabb world_bounds(const Scene& scene, const Object& object);
 
 /// Bytes of heap that the scene holds, to a few percent.

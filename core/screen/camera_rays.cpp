@@ -50,4 +50,10 @@ double CameraRays::stray_pixels(double reach) const {
   return stray / pixel_;
 }
 
+double CameraRays::stray_depth(double reach) const {
+  // A pinhole's rays all start at the eye itself. The float origin of one of the parallel rays that reach so far is off
+  // by u of each coordinate, at most √3·u·(|eye| + 2·reach) in length.
+  return perspective_ ? 0 : 2 * kUnitRoundoff * (max_component(abs(to_double(eye_))) + 2 * reach);
+}
+
 }  // namespace tessera

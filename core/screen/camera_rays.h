@@ -38,6 +38,9 @@ class CameraRays {
   /// (max norm) from the camera.
   double stray_pixels(double reach) const;
 
+  /// By how much, at most, in metres along the axis, a ray's float origin can lie off the camera's plane.
+  double stray_depth(double reach) const;
+
  private:
   bool perspective_;
   std::uint32_t width_, height_;

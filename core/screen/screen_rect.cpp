@@ -33,12 +33,15 @@ PixelRect screen_rect(const Aabb& box, const CameraRays& camera, Transform::Erro
   const Vec3d eye = to_double(camera.eye());
   const double reach =
       std::max(max_component(abs(to_double(box.lo) - eye)), max_component(abs(to_double(box.hi) - eye)));
-  const double pad =
-      8 * kUnitRoundoff * (placed.condition * (max_component(abs(eye)) + reach) + placed.offset) + reach * 0x1p-40;
+  // O + R of `Transform::Error`. A pinhole's rays start at the eye. A parallel ray that can hit the box starts within
+  // 2·reach of the eye, where the box's shadow on the camera's plane lies, so its own reach is at most 3·reach.
+  const double from_origin = max_component(abs(eye)) + (camera.is_perspective() ? 1 : 5) * reach;
+  const double pad = 8 * kUnitRoundoff * (placed.condition * from_origin + placed.offset) + reach * 0x1p-30;
   const Vec3d lo = to_double(box.lo) - Vec3d{pad, pad, pad}, hi = to_double(box.hi) + Vec3d{pad, pad, pad};
 
-  // In double a depth is right to 2^-50 of the reach: what lies nearer than this to the camera's plane is on it.
-  const double plane = reach * 0x1p-40;
+  // A hit may lie 2^-30·M beside its primitive (core/geometry/double_root.h); a parallel ray's float origin may lie
+  // behind the camera's plane. What lies nearer to that plane than this is on it.
+  const double plane = reach * 0x1p-30 + camera.stray_depth(reach);
   std::array<Vec3d, 8> corners;
   std::array<CameraRays::Projected, 8> seen;
   Range x, y;

@@ -35,6 +35,9 @@ class Cutter {
   static constexpr std::int32_t kLargestSide = 64;
   static constexpr std::int32_t kSmallestSide = 8;
 
+  /// Candidates of all tiles together: 64 MiB of them. Tiles beyond search the whole structure.
+  static constexpr std::size_t kMostListed = 1 << 24;
+
   bool is_tile(PixelRect rect, const Ids& ids) const {
     const std::int32_t side = std::max(rect.width(), rect.height());
     if (settings_.tile_size != kAdaptiveTiles) return side <= static_cast<std::int64_t>(settings_.tile_size);
@@ -75,7 +78,7 @@ class Cutter {
       out_.tiles.push_back({rect, FirstLevel::structure, 0, 0});
     } else if (ids.empty()) {
       out_.tiles.push_back({rect, FirstLevel::nothing, 0, 0});
-    } else if (ids.size() > most_candidates_ && settings_.accel != AccelKind::brute) {
+    } else if (ids.size() > most_candidates_ || out_.candidates.size() + ids.size() > kMostListed) {
       out_.tiles.push_back({rect, FirstLevel::structure, 0, 0});
     } else {
       out_.tiles.push_back({rect, FirstLevel::candidates, static_cast<std::uint32_t>(out_.candidates.size()),

@@ -91,7 +91,7 @@ TEST(Images, HoldNoNanInfinityOrNegative_Stress60) {
       ASSERT_TRUE(is_finite(c) && c.r >= 0 && c.g >= 0 && c.b >= 0) << view.name;
 }
 
-TEST(Images, DependOnTheSeedAlone) {
+TEST(Images, ChangeWithTheSeed) {
   Settings settings = all_planes(32, 32, 2);
   const Image a = render_image(mixed_scene(), mixed_camera(), settings);
   settings.seed = 1;

@@ -37,7 +37,7 @@ TEST(BoxTree, VisitsEveryItemThatTheRayEnters) {
   const CullRay exact(kAlongX, tree.root());
   int entered = 0;
   for (std::uint32_t i = 0; i < boxes.size(); ++i)
-    if (!exact.clip(boxes[i]).empty()) {
+    if (!exact.misses(boxes[i], 0, kInfinity)) {
       ++entered;
       EXPECT_TRUE(found.contains(i)) << i;
     }

@@ -7,10 +7,7 @@
 namespace tessera {
 namespace {
 
-bool enters(const Ray& ray, const Aabb& box) {
-  const Interval span = CullRay(ray, box).clip(box);
-  return !(span.lo > span.hi) && !(span.hi < ray.t_min) && !(span.lo > ray.t_max);
-}
+bool enters(const Ray& ray, const Aabb& box) { return !CullRay(ray, box).misses(box, ray.t_min, ray.t_max); }
 
 TEST(CullRay, TakesPlusAndMinusZeroAlike_Stress01) {
   const Aabb box{{-1, -1, -1}, {1, 1, 1}};

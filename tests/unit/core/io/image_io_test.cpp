@@ -87,6 +87,12 @@ TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {
   EXPECT_EQ(image.value<std::uint32_t>(offsets.at("objectId")), 3U);
 }
 
+TEST(ImageIo, ExrSaysNothingOfTheTimeItWasWritten) {
+  const auto file = encode(sample(), Plane::all, ImageFormat::exr);
+  ASSERT_TRUE(file);
+  EXPECT_EQ(decode(*file, "x.exr").spec.get_string_attribute("DateTime"), "1970:01:01 00:00:00");
+}
+
 TEST(ImageIo, EncodesEveryPlaneThatAFormatCanHold) {
   const Pixels p = sample();
   for (const Plane plane : {Plane::color, Plane::depth, Plane::normal, Plane::primitive_id, Plane::object_id}) {

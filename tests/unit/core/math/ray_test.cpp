@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "core/math/interval.h"
-
 namespace tessera {
 namespace {
 
@@ -33,14 +31,6 @@ TEST(Ray, Stress08_EmptyIntervalsAreNotTraceable) {
   EXPECT_FALSE(is_traceable({o, d, kNan, 1}));
   EXPECT_FALSE(is_traceable({o, d, 0, kNan}));
   EXPECT_TRUE(is_traceable({o, d, -1, kInfinity}));
-}
-
-TEST(Interval, Intersection) {
-  EXPECT_EQ(intersect(Interval{0, 3}, Interval{2, 5}), (Interval{2, 3}));
-  EXPECT_FALSE(intersect(Interval{0, 2}, Interval{2, 5}).empty());
-  EXPECT_TRUE(intersect(Interval{0, 1}, Interval{2, 5}).empty());
-  EXPECT_TRUE((Interval{kNan, 1}).empty());
-  EXPECT_FALSE(Interval{}.empty());
 }
 
 }  // namespace

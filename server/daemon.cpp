@@ -47,7 +47,7 @@ struct Backend {
         blobs(folder.blobs(), config.asset_root),
         scenes(folder.scenes(), blobs, config.documents, config.scene_cache),
         structures(config.structure_cache),
-        jobs({config.max_jobs, config.max_film_memory}),
+        jobs({config.max_jobs, config.max_ended_jobs, config.max_film_memory}),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
         services{config, blobs, scenes, jobs, runner} {}

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/media_type.h"
+#include "server/query_errors.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -33,8 +35,6 @@ std::span<const PlaneEntry> plane_table() {
 
 namespace {
 
-Problem malformed(std::string detail) { return {ProblemCode::malformed_request, std::move(detail), {}}; }
-
 template <typename Entry>
 std::string names_of(std::span<const Entry> table) {
   std::string text;
@@ -60,22 +60,31 @@ bool is_recorded(Plane plane, const std::set<Aov>& recorded) {
   return false;
 }
 
-Result<PlaneEntry> choose_plane(const Request& request, const std::set<Aov>& recorded) {
-  const std::string name(request.query("aov").value_or(""));
-  const auto entry = std::ranges::find(plane_table(), std::string_view(name), &PlaneEntry::name);
-  if (entry == plane_table().end() || (name.empty() && request.query("aov")))
-    return malformed("There is no AOV \"" + name + "\"; known: " + names_of(plane_table()) + ".");
-  if (!is_recorded(entry->plane, recorded))
-    return Problem{ProblemCode::not_found,
-                   "The job didn't record " + name + "; ask for it in /settings/aovs when you submit it.",
-                   {}};
-  return *entry;
+/// Nothing, with an error, when the value means nothing.
+std::optional<PlaneEntry> read_plane(const Request& request, QueryErrors& errors) {
+  const auto asked = request.query("aov");
+  if (!asked) return plane_table().front();
+  const auto entry = std::ranges::find(plane_table(), *asked, &PlaneEntry::name);
+  if (entry != plane_table().end() && !entry->name.empty()) return *entry;
+  errors.add("aov", "There is no such AOV; known: " + names_of(plane_table()) + ".");
+  return std::nullopt;
 }
 
-Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plane) {
+void check_format(const Request& request, QueryErrors& errors) {
   const auto asked = request.query("format");
   if (asked && std::ranges::find(format_table(), *asked, &FormatEntry::name) == format_table().end())
-    return malformed("There is no format \"" + std::string(*asked) + "\"; known: " + names_of(format_table()) + ".");
+    errors.add("format", "There is no such format; known: " + names_of(format_table()) + ".");
+}
+
+bool read_partial(const Request& request, QueryErrors& errors) {
+  const std::string_view value = request.query("partial").value_or("0");
+  if (value != "0" && value != "1") errors.add("partial", "Give 1 or 0.");
+  return value == "1";
+}
+
+/// Precondition: `format`, where it is asked for, is known.
+Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plane) {
+  const auto asked = request.query("format");
   const std::string_view accept = request.header("accept").value_or("*/*");
   std::optional<FormatEntry> best;
   double best_weight = 0;
@@ -95,22 +104,22 @@ Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plan
   return Problem{ProblemCode::not_acceptable, "This image comes as " + able + ".", {}};
 }
 
-Result<bool> choose_partial(const Request& request) {
-  const std::string_view value = request.query("partial").value_or("0");
-  if (value != "0" && value != "1") return malformed("partial is 1 or 0.");
-  return value == "1";
-}
-
 }  // namespace
 
 Result<ImageChoice> choose_image(const Request& request, const std::set<Aov>& recorded) {
-  const auto partial = choose_partial(request);
-  if (!partial) return partial.problem();
-  const auto plane = choose_plane(request, recorded);
-  if (!plane) return plane.problem();
+  QueryErrors errors;
+  const bool partial = read_partial(request, errors);
+  const auto plane = read_plane(request, errors);
+  check_format(request, errors);
+  if (!errors.empty()) return std::move(errors).as_problem();
+  if (!is_recorded(plane->plane, recorded))
+    return Problem{
+        ProblemCode::not_found,
+        "The job didn't record " + std::string(plane->name) + "; ask for it in /settings/aovs when you submit it.",
+        {}};
   const auto format = choose_format(request, *plane);
   if (!format) return format.problem();
-  return ImageChoice{plane->plane, *format, *partial};
+  return ImageChoice{plane->plane, *format, partial};
 }
 
 }  // namespace tessera::server

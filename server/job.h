@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/accel/object_marks.h"
 #include "core/film/film.h"
 #include "core/integrator/ray_counts.h"
 #include "core/plan/plan.h"
@@ -78,10 +79,11 @@ struct JobView {
   std::shared_ptr<const JobOrder> order;
   proto::JobState state = proto::JobState::queued;
   JobTimes times;
-  std::string error;                       ///< Why it failed; empty otherwise.
-  std::shared_ptr<const PlanReport> plan;  ///< Once it has been made.
-  std::optional<StructureUse> structure;   ///< Once it has been built, if the plan needs one.
-  std::shared_ptr<const Film> film;        ///< Once it renders, and as long as the job isn't deleted.
+  std::string error;                          ///< Why it failed; empty otherwise.
+  std::shared_ptr<const PlanReport> plan;     ///< Once it has been made.
+  std::shared_ptr<const ObjectMarks> tested;  ///< Together with the plan: the objects that rays have been tested with.
+  std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one.
+  std::shared_ptr<const Film> film;           ///< Once it renders, and as long as the job isn't deleted.
   std::shared_ptr<const Progress> progress;
 };
 

@@ -51,12 +51,16 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
       RenderContext{run->scene, nullptr, settings, make_plan(*run->scene, run->camera, settings),
                     CameraRays(run->camera, settings.width, settings.height)});
   const auto plan = std::make_shared<const PlanReport>(report(run->context->plan, *run->scene, settings));
-  if (!jobs_.set_plan(run->job.id, plan)) return;
+  const auto tested = std::make_shared<ObjectMarks>(run->scene->objects.size());
+  run->context->tested = tested;
+  if (!jobs_.set_plan(run->job.id, plan, tested)) return;
   if (!plan->needs_structure) return render(run, std::nullopt);
 
   const auto traced = [this, run](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
     guard(*run, [&] {
       if (error) std::rethrow_exception(error);
+      // Another job may have parsed the same document to another object, which the structure knows nothing of.
+      run->context->scene = structure->scene;
       run->context->accel = structure->accel;
       render(run, StructureUse{structure->kind, structure->stats, structure->build_seconds, shared});
     });
@@ -65,6 +69,8 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
 }
 
 void JobRunner::render(const std::shared_ptr<Run>& run, std::optional<StructureUse> structure) {
+  // Of a job that ended while it was prepared, the table has given the film's memory to others.
+  if (!jobs_.is_unfinished(run->job.id)) return;
   std::vector<PixelRect> tiles;
   for (const Tile& tile : run->context->plan.tiling.tiles) tiles.push_back(tile.rect);
   const std::size_t count = tiles.size();

@@ -98,9 +98,31 @@ bool JobTable::change_state(Job& job, JobState to) {
   return true;
 }
 
+bool JobTable::end(Job& job, JobState to, FilmPtr& dropped) {
+  if (!change_state(job, to)) return false;
+  job.among_ended = ended_.insert(ended_.end(), job.view.id);
+  if (ended_.size() > limits_.ended_jobs) dropped = drop(jobs_.find(ended_.front()));
+  return true;
+}
+
+JobTable::FilmPtr JobTable::drop(Jobs::iterator ended) {
+  Job& job = ended->second;
+  FilmPtr film = std::move(job.view.film);
+  film_bytes_ -= job.film_bytes;
+  ended_.erase(job.among_ended);
+  jobs_.erase(ended);
+  return film;
+}
+
 JobTable::Job* JobTable::find_unfinished(const std::string& id) {
   const auto found = jobs_.find(id);
   return found == jobs_.end() || proto::has_ended(found->second.view.state) ? nullptr : &found->second;
+}
+
+bool JobTable::is_unfinished(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  return found != jobs_.end() && !proto::has_ended(found->second.view.state);
 }
 
 bool JobTable::start_preparing(const std::string& id) {
@@ -109,11 +131,14 @@ bool JobTable::start_preparing(const std::string& id) {
   return job && change_state(*job, JobState::preparing);
 }
 
-bool JobTable::set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan) {
+bool JobTable::set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
+                        std::shared_ptr<const ObjectMarks> tested) {
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
-  if (job) job->view.plan = std::move(plan);
-  return job;
+  if (!job) return false;
+  job->view.plan = std::move(plan);
+  job->view.tested = std::move(tested);
+  return true;
 }
 
 bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse> structure,
@@ -127,25 +152,28 @@ bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse
 }
 
 bool JobTable::complete(const std::string& id) {
+  FilmPtr dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
-  return job && change_state(*job, JobState::completed);
+  return job && end(*job, JobState::completed, dropped);
 }
 
 bool JobTable::fail(const std::string& id, const std::string& why) {
+  FilmPtr dropped;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
   job->view.error = why;
   spdlog::error("job {}: {}", id, why);
-  return change_state(*job, JobState::failed);
+  return end(*job, JobState::failed, dropped);
 }
 
 proto::Result<JobView> JobTable::cancel(const std::string& id) {
+  FilmPtr dropped;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
-  if (!change_state(found->second, JobState::canceled))
+  if (!end(found->second, JobState::canceled, dropped))
     return Problem{ProblemCode::job_already_ended,
                    "The job is " + std::string(proto::name(found->second.view.state)) + "; there is nothing to cancel.",
                    {}};
@@ -153,7 +181,7 @@ proto::Result<JobView> JobTable::cancel(const std::string& id) {
 }
 
 std::optional<Problem> JobTable::remove(const std::string& id) {
-  std::shared_ptr<const Film> film;  // Freed after the lock is.
+  FilmPtr film;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
@@ -161,9 +189,7 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
     return Problem{ProblemCode::job_still_active,
                    "The job is " + std::string(proto::name(found->second.view.state)) + "; cancel it first.",
                    {}};
-  film = std::move(found->second.view.film);
-  film_bytes_ -= found->second.film_bytes;
-  jobs_.erase(found);
+  film = drop(found);
   return std::nullopt;
 }
 
@@ -183,9 +209,10 @@ std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, s
 }
 
 void JobTable::shut_down() {
+  FilmPtr dropped;
   const std::lock_guard lock(mutex_);
   closed_ = true;
-  for (auto& [id, job] : jobs_) change_state(job, JobState::canceled);
+  for (auto& [id, job] : jobs_) end(job, JobState::canceled, dropped);  // The job at hand isn't what is forgotten.
 }
 
 }  // namespace tessera::server

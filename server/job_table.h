@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -18,7 +19,7 @@ namespace tessera::server {
 
 /// All jobs, and the one place where their states change: queued → preparing → rendering → completed | failed |
 /// canceled, an end being reachable from every state that isn't one. Jobs that have ended stay until they are
-/// deleted. Safe to call from any number of threads.
+/// deleted, or more jobs have ended since than are kept. Safe to call from any number of threads.
 ///
 /// Lock order of the server: JobTable, StructureCache, SceneStore and Scheduler have one mutex each; none is held
 /// while another part is called, so no two are ever held at once.
@@ -26,6 +27,7 @@ class JobTable {
  public:
   struct Limits {
     std::uint32_t unfinished_jobs;
+    std::uint32_t ended_jobs;  ///< At least 1; when one more ends, the one that ended first is forgotten.
     std::uint64_t film_bytes;  ///< Of all jobs in the table.
   };
   explicit JobTable(Limits limits) : limits_(limits) {}
@@ -42,8 +44,10 @@ class JobTable {
 
   /// Steps of a job's work. False, and nothing is changed, when it has ended or been deleted meanwhile: there is
   /// nothing left to do for it.
+  bool is_unfinished(const std::string& id) const;
   bool start_preparing(const std::string& id);
-  bool set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan);
+  bool set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
+                std::shared_ptr<const ObjectMarks> tested);
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
   bool complete(const std::string& id);
   bool fail(const std::string& id, const std::string& why);
@@ -68,17 +72,25 @@ class JobTable {
     JobView view;
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
-    std::uint64_t film_bytes;  ///< Set aside for it.
+    std::uint64_t film_bytes;                      ///< Set aside for it.
+    std::list<std::string>::iterator among_ended;  ///< Once it has ended.
   };
+  using Jobs = std::map<std::string, Job, std::less<>>;
+  using FilmPtr = std::shared_ptr<const Film>;
 
   std::string new_id();
   /// The one function that changes states. Nothing happens when the job has ended.
   bool change_state(Job& job, proto::JobState to);
+  /// Changes to a state that is an end, and forgets the oldest ended job if there are too many.
+  bool end(Job& job, proto::JobState to, FilmPtr& dropped);
+  /// Forgets a job that has ended. Its film is handed out, for the caller to free without the lock.
+  FilmPtr drop(Jobs::iterator ended);
   Job* find_unfinished(const std::string& id);
 
   const Limits limits_;
-  mutable std::mutex mutex_;                      ///< Guards what follows.
-  std::map<std::string, Job, std::less<>> jobs_;  ///< Ids grow, so this is the order of arrival.
+  mutable std::mutex mutex_;      ///< Guards what follows.
+  Jobs jobs_;                     ///< Ids grow, so this is the order of arrival.
+  std::list<std::string> ended_;  ///< Jobs in the order in which they ended.
   std::uint64_t film_bytes_ = 0;
   std::uint32_t unfinished_ = 0;
   std::uint64_t last_time_ = 0;

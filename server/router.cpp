@@ -9,6 +9,7 @@
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/media_type.h"
+#include "server/query_errors.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -52,7 +53,6 @@ std::optional<std::string> match(std::string_view pattern, const std::vector<std
       if (segment != wanted) return std::nullopt;
       continue;
     }
-    if (wanted == "{hash}" && !proto::is_content_hash(segment)) return std::nullopt;
     parameter = segment;
   }
   if (!pattern.empty()) return std::nullopt;
@@ -65,18 +65,27 @@ std::string listed(const std::vector<std::string_view>& names) {
   return text;
 }
 
+/// A hash that can't be one names nothing; for a file that is sent under it, it is the sender's mistake.
+std::optional<Problem> refuse_parameter(const Route& route, const Request& request) {
+  if (route.pattern.find("{hash}") == std::string_view::npos || proto::is_content_hash(request.parameter))
+    return std::nullopt;
+  constexpr const char* kMend = "Write sha256: and 64 lower-case hexadecimal digits.";
+  if (route.body != Body::file) return Problem{ProblemCode::not_found, std::string("No hash looks so. ") + kMend, {}};
+  return Problem{ProblemCode::invalid_document, "The path doesn't end in a content hash.", {{"{hash}", kMend}}};
+}
+
 std::optional<Problem> refuse_query(const Route& route, const Request& request) {
-  Problem problem{ProblemCode::malformed_request, "", {}};
+  QueryErrors errors;
   const auto& query = request.target.query;
   for (auto at = query.begin(); at != query.end(); ++at) {
     if (std::ranges::find(route.query, at->first) == route.query.end())
-      problem.detail = "There is no query parameter \"" + at->first + "\" here; " +
-                       (route.query.empty() ? "this resource takes none." : "known: " + listed(route.query) + ".");
+      errors.add(at->first, route.query.empty() ? "There is no such parameter; this resource takes none."
+                                                : "There is no such parameter; known: " + listed(route.query) + ".");
     else if (std::any_of(query.begin(), at, [&](const auto& earlier) { return earlier.first == at->first; }))
-      problem.detail = "The query parameter \"" + at->first + "\" stands there twice; give it once.";
+      errors.add(at->first, "It is given twice; give it once.");
   }
-  if (problem.detail.empty()) return std::nullopt;
-  return problem;
+  if (errors.empty()) return std::nullopt;
+  return std::move(errors).as_problem();
 }
 
 std::optional<Problem> refuse_body(const Route& route, const Request& request) {
@@ -102,6 +111,7 @@ std::variant<const Route*, Response> find_route(Request& request) {
       continue;
     }
     request.parameter = *std::move(parameter);
+    if (const auto problem = refuse_parameter(route, request)) return problem_response(*problem);
     if (const auto problem = refuse_query(route, request)) return problem_response(*problem);
     if (const auto problem = refuse_body(route, request)) return problem_response(*problem);
     return &route;

@@ -23,7 +23,7 @@ enum class Place { io, worker };
 /// A row of the one table of routes.
 struct Route {
   std::string_view method;
-  std::string_view pattern;  ///< A segment {hash} takes a content hash only, {id} anything.
+  std::string_view pattern;  ///< A segment {hash} has to be a content hash, {id} may be anything.
   std::vector<std::string_view> query;
   Body body;
   Place place;
@@ -31,8 +31,8 @@ struct Route {
 };
 std::span<const Route> route_table();
 
-/// Finds the route of a request and sets its `parameter`; or the refusal: unknown path, wrong method, a query
-/// parameter that the route doesn't know, or a body of a type that it doesn't take.
+/// Finds the route of a request and sets its `parameter`; or the refusal: unknown path, wrong method, a hash that
+/// isn't one, query parameters that the route doesn't know, or a body of a type that it doesn't take.
 std::variant<const Route*, Response> find_route(Request& request);
 
 /// Runs the handler. An exception becomes a logged `internal_error`.

@@ -37,12 +37,12 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document) {
 }
 
 Result<ParsedScene> SceneStore::find(const ContentHash& hash) {
-  std::ifstream file(path_of(hash), std::ios::binary);
-  if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
   {
     const std::lock_guard lock(mutex_);
     if (auto scene = cache_.find(hash)) return ParsedScene{*std::move(scene), hash};
   }
+  std::ifstream file(path_of(hash), std::ios::binary);
+  if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
   const std::string document{std::istreambuf_iterator<char>(file), {}};
   auto parsed = proto::parse_scene(document, files_, limits_);
   if (!parsed) return parsed.problem();

@@ -26,8 +26,8 @@ class SceneStore {
   /// Parses a document and keeps it, or says what is wrong with it.
   proto::Result<Put> put(std::string_view document);
 
-  /// A scene that was put, now or by an earlier daemon. `not_found` when it wasn't; `invalid_document` when files
-  /// that it names have changed since or are gone.
+  /// A scene that was put, now or by an earlier daemon, or that is in memory because it was shared. `not_found`
+  /// when it is neither; `invalid_document` when files that it names have changed since or are gone.
   proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash);
 
   /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.

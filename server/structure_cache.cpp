@@ -11,7 +11,7 @@ std::shared_ptr<const Structure> StructureCache::build(const std::shared_ptr<con
   std::shared_ptr<const Accel> accel = make_(scene, kind);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const AccelStats stats = accel->stats();
-  return std::make_shared<const Structure>(Structure{std::move(accel), kind, stats, seconds.count()});
+  return std::make_shared<const Structure>(Structure{std::move(accel), scene, kind, stats, seconds.count()});
 }
 
 void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,

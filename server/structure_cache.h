@@ -17,6 +17,7 @@ namespace tessera::server {
 /// A structure that has been built, and what that took.
 struct Structure {
   std::shared_ptr<const Accel> accel;
+  std::shared_ptr<const Scene> scene;  ///< That it was built over: rendered with it, and with no other.
   AccelKind kind;
   AccelStats stats;
   double build_seconds;

@@ -50,6 +50,8 @@ void add(CLI::App& tool, Session& session, const char* name, const char* descrip
     const json answer = (session.client().*ask)(*id);
     if (session.json) {
       std::cout << answer.dump(2) << "\n";
+    } else if (!answer.value("ready", true)) {
+      std::cout << "not planned yet\n";
     } else {
       print_tree(answer, 0);
     }

@@ -15,7 +15,6 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::method_not_allowed, "method_not_allowed", 405, "The resource has no such method"},
     ProblemEntry{ProblemCode::not_acceptable, "not_acceptable", 406, "No acceptable representation"},
     ProblemEntry{ProblemCode::image_not_ready, "image_not_ready", 409, "The image is not ready"},
-    ProblemEntry{ProblemCode::plan_not_ready, "plan_not_ready", 409, "The plan is not ready"},
     ProblemEntry{ProblemCode::job_still_active, "job_still_active", 409, "The job has not ended"},
     ProblemEntry{ProblemCode::job_already_ended, "job_already_ended", 409, "The job has already ended"},
     ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large"},

@@ -18,7 +18,6 @@ enum class ProblemCode {
   method_not_allowed,
   not_acceptable,
   image_not_ready,
-  plan_not_ready,
   job_still_active,
   job_already_ended,
   payload_too_large,
@@ -41,13 +40,15 @@ struct ProblemEntry {
 std::span<const ProblemEntry> problem_table();
 const ProblemEntry& entry(ProblemCode code);
 
-/// One thing that is wrong with a document, and where.
+/// One thing that is wrong with a request, and where.
 struct FieldError {
-  std::string pointer;  ///< RFC 6901 JSON pointer, or "file:line" for an imported file.
-  std::string detail;   ///< What is wrong and how to mend it.
+  /// RFC 6901 JSON pointer, "file:line" for an imported file, "?name" for a query parameter, or "{name}" for a part
+  /// of the path.
+  std::string pointer;
+  std::string detail;  ///< What is wrong and how to mend it.
 };
 
-/// At most this many field errors are collected for one document.
+/// At most this many field errors are collected for one request.
 inline constexpr std::size_t kMaxFieldErrors = 20;
 
 /// A refusal: RFC 9457 problem details.

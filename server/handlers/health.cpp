@@ -66,6 +66,7 @@ Response show_capabilities(Services& services, Request&) {
                               {{"document_bytes", config.max_body},
                                {"blob_bytes", config.max_blob},
                                {"unfinished_jobs", config.max_jobs},
+                               {"ended_jobs", config.max_ended_jobs},
                                {"film_bytes", config.max_film_memory},
                                {"pixels", config.documents.max_pixels},
                                {"tiles", config.documents.max_tiles},

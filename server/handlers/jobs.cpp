@@ -11,6 +11,7 @@
 #include "server/handlers/handlers.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
+#include "server/query_errors.h"
 #include "server/scene_store.h"
 
 namespace tessera::server {
@@ -22,15 +23,15 @@ namespace {
 constexpr std::size_t kDefaultListed = 100;
 constexpr std::size_t kMostListed = 1000;
 
-Problem malformed(std::string detail) { return {ProblemCode::malformed_request, std::move(detail), {}}; }
-
 nlohmann::json status_json(const JobView& job) { return to_json(status_of(job, JobTimes::Clock::now())); }
 
-/// A problem of the scene that a job names: where in the job's document it stands.
+/// A problem of the scene that a job names by hash, as one of the job's document: places in the stored scene are
+/// none in that.
 Problem at_scene(const Problem& problem) {
-  Problem moved{ProblemCode::invalid_document, "The scene that this job names can't be used.", problem.errors};
-  if (moved.errors.empty()) moved.errors.push_back({"/scene", problem.detail});
-  return moved;
+  if (problem.code == ProblemCode::out_of_memory_budget || problem.code == ProblemCode::internal_error) return problem;
+  const std::string& why = problem.errors.empty() ? problem.detail : problem.errors.front().detail;
+  constexpr const char* kUnusable = "The scene that this job names can't be used.";
+  return {ProblemCode::invalid_document, kUnusable, {{"/scene", kUnusable + (' ' + why)}}};
 }
 
 proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job) {
@@ -84,11 +85,13 @@ Response post_job(Services& services, Request& request) {
 
 Response list_jobs(Services& services, Request& request) {
   const auto limit = read_limit(request);
-  if (!limit) return problem_response(malformed("limit is a number from 1 to " + std::to_string(kMostListed) + "."));
   const auto state_name = request.query("state");
   const auto state = state_name ? proto::job_state(*state_name) : std::nullopt;
+  QueryErrors errors;
+  if (!limit) errors.add("limit", "Give a number from 1 to " + std::to_string(kMostListed) + ".");
   if (state_name && !state)
-    return problem_response(malformed("state is one of queued, preparing, rendering, completed, failed and canceled."));
+    errors.add("state", "Give one of queued, preparing, rendering, completed, failed and canceled.");
+  if (!errors.empty()) return problem_response(std::move(errors).as_problem());
 
   auto jobs = services.jobs.list(request.query("after").value_or(""), *limit + 1, state);
   nlohmann::json body{{"jobs", nlohmann::json::array()}};

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -14,6 +15,12 @@ namespace {
 using nlohmann::json;
 using Clock = JobTimes::Clock;
 
+/// Whether a structure is built for the job: not without rays to trace, nor of a kind that just tests everything.
+bool is_built(const PlanReport& plan) {
+  const auto row = std::ranges::find(accel_table(), plan.accel, &AccelEntry::kind);
+  return plan.needs_structure && row->builds;
+}
+
 json plan_json(const JobView& job) {
   const PlanReport& plan = *job.plan;
   const Settings& settings = job.order->settings;
@@ -21,9 +28,9 @@ json plan_json(const JobView& job) {
   for (const Skip& skip : plan.skips)
     skips.push_back({{"what", skip.what}, {"because", skip.because}, {"count", skip.count}});
   return {
+      {"ready", true},
       {"image", {{"width", settings.width}, {"height", settings.height}, {"samples", settings.samples}}},
-      {"accel",
-       {{"kind", accel_name(plan.accel)}, {"because", plan.accel_because}, {"is_built", plan.needs_structure}}},
+      {"accel", {{"kind", accel_name(plan.accel)}, {"because", plan.accel_because}, {"is_built", is_built(plan)}}},
       {"tiles",
        {{"count", plan.tiles},
         {"empty", plan.tiles_empty},
@@ -77,7 +84,7 @@ json stats_json(const JobView& job, unsigned threads) {
       {"skipped",
        {{"tiles", job.plan ? job.plan->tiles_empty : 0},
         {"camera_rays", rays.camera_skipped},
-        {"objects_never_tested", job.plan ? job.plan->objects - job.plan->objects_on_screen : 0}}},
+        {"objects_never_tested", job.tested ? job.tested->unmarked() : 0}}},
       {"timing",
        {{"queued", or_null(lasted(times.queued, times.preparing, last))},
         {"preparing", or_null(lasted(times.preparing, times.rendering, last))},
@@ -93,11 +100,7 @@ json stats_json(const JobView& job, unsigned threads) {
 Response show_plan(Services& services, Request& request) {
   const auto job = services.jobs.find(request.parameter);
   if (!job) return problem_response(job.problem());
-  if (!job->plan)
-    return problem_response({proto::ProblemCode::plan_not_ready,
-                             "The job is " + std::string(proto::name(job->state)) + " and has no plan.",
-                             {}});
-  return json_response(200, plan_json(*job));
+  return json_response(200, job->plan ? plan_json(*job) : json{{"ready", false}});
 }
 
 Response show_stats(Services& services, Request& request) {

@@ -12,6 +12,10 @@ from daemon import Daemon, shared_data
 from documents import SMALL_JOB, SPHERE
 
 AS_JSON = {"Content-Type": "application/json"}
+TRIANGLE = (
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+)
 MESH = {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]}
 
 
@@ -101,6 +105,22 @@ class BadInputTest(unittest.TestCase):
         problem = self.refused(422, "invalid_document", "POST", "/v1/jobs", {"scene": unknown})
         self.assertEqual([error["pointer"] for error in problem["errors"]], ["/scene"])
 
+    def test_a_job_for_a_scene_whose_files_are_gone(self):
+        with tempfile.TemporaryDirectory() as root, Daemon("--scene-cache", "0", "--asset-root", root) as daemon:
+            names = ("a.ply", "b.ply")
+            for name in names:
+                with open(os.path.join(root, name), "w", encoding="ascii") as file:
+                    file.write(TRIANGLE)
+            scene = {"objects": [{"type": "file", "path": name} for name in names]}
+            posted = daemon.request("POST", "/v1/scenes", scene).json()["scene"]
+            for name in names:
+                os.remove(os.path.join(root, name))
+            reply = daemon.request("POST", "/v1/jobs", {"scene": posted})
+            self.assertEqual((reply.status, reply.json()["code"]), (422, "invalid_document"))
+            (error,) = reply.json()["errors"]
+            self.assertEqual(error["pointer"], "/scene")
+            self.assertIn("There is no such file under the asset root.", error["detail"])
+
     def test_files_that_arent_there(self):
         self.refused_object({"type": "file", "path": "none.obj"}, "/path")
         self.refused_object({"type": "file", "format": "obj", "blob": "sha256:" + "0" * 64}, "/blob")
@@ -130,7 +150,9 @@ class BadInputTest(unittest.TestCase):
         blob, other = b"one", b"two"
         path = "/v1/blobs/sha256:" + hashlib.sha256(blob).hexdigest()
         self.refused(422, "hash_mismatch", "PUT", path, other)
-        self.refused(404, "not_found", "PUT", path.upper(), blob)
+        problem = self.refused(422, "invalid_document", "PUT", path.replace("sha256", "SHA256"), blob)
+        mend = "Write sha256: and 64 lower-case hexadecimal digits."
+        self.assertEqual(problem["errors"], [{"pointer": "{hash}", "detail": mend}])
         self.refused(413, "payload_too_large", "PUT", path, b"x" * ((1 << 20) + 1))
         pieces = (b"x" * 4096 for _ in range(300))  # Chunked: its length isn't announced.
         self.refused(413, "payload_too_large", "PUT", path, pieces)
@@ -155,6 +177,9 @@ class BadInputTest(unittest.TestCase):
         self.refused(400, "malformed_request", "GET", "/v1/jobs?limit=1&limit=2")
         self.refused(400, "malformed_request", "GET", "/v1/jobs?state=done")
         self.refused(400, "malformed_request", "GET", "/v1/jobs?Limit=1")
+        for query, wrong in (("Limit=1&page=2", ["?Limit", "?page"]), ("state=done&limit=0", ["?limit", "?state"])):
+            problem = self.refused(400, "malformed_request", "GET", f"/v1/jobs?{query}")
+            self.assertEqual([error["pointer"] for error in problem["errors"]], wrong)
         self.refused(400, "malformed_request", "POST", "/v1/jobs/0/cancel", "why")
         self.refused(405, "method_not_allowed", "DELETE", "/v1/scenes")
 

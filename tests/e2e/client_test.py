@@ -138,6 +138,15 @@ class Commands(ClientTest):
         self.assertRegex(self.tessera("plan", job).stdout, r"(?m)^accel\n")
         self.assertRegex(self.tessera("stats", job).stdout, r"(?m)^rays\n(  .*\n)*  total +\d+$")
 
+    def test_a_job_that_isnt_planned(self):
+        with Daemon("--threads", "1") as daemon:
+            busy = daemon.submit(ENDLESS)
+            daemon.wait_until(busy, lambda status: status["state"] == "rendering")
+            waiting = daemon.submit(ENDLESS)
+            daemon.request("POST", f"/v1/jobs/{waiting}/cancel")
+            done = self.tessera("plan", waiting, server=daemon.url)
+            self.assertEqual(done.stdout, "not planned yet\n")
+
     def test_cancel_then_watch_then_delete(self):
         job = self.submit_endless()
         self.daemon.wait_until(job, lambda status: status["tiles_done"] > 0)

@@ -104,7 +104,7 @@ class OpenApiTest(unittest.TestCase):
                 for status in (201, 200):
                     self.ask(daemon, status, "put", "/v1/blobs/{hash}", blob, hash=content_hash(blob))
                 self.ask(daemon, 422, "put", "/v1/blobs/{hash}", b"others", hash=content_hash(blob))
-                self.ask(daemon, 404, "put", "/v1/blobs/{hash}", blob, hash="md5:00")
+                self.ask(daemon, 422, "put", "/v1/blobs/{hash}", blob, hash="md5:00")
                 self.ask(daemon, 413, "put", "/v1/blobs/{hash}", b"x" * 2001, hash=content_hash(blob))
 
                 scene = {"objects": [{"type": "file", "path": "triangle.ply"}]}
@@ -132,8 +132,11 @@ class OpenApiTest(unittest.TestCase):
         with Daemon("--threads", "1", "--max-jobs", "2") as daemon:
             done = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
             self.assertEqual(daemon.wait_ended(done)["state"], "completed")
-            for path in ("", "/plan", "/stats"):
+            for path in ("", "/stats"):
                 self.ask(daemon, 200, "get", f"/v1/jobs/{{id}}{path}", id=done)
+            plan = self.ask(daemon, 200, "get", "/v1/jobs/{id}/plan", id=done).json()
+            self.assertEqual(plan.keys(), self.document["components"]["schemas"]["Plan"]["properties"].keys())
+            self.assertIs(plan["ready"], True)
             self.ask(daemon, 404, "get", "/v1/jobs/{id}/image", query="?aov=depth", id=done)
             self.ask(daemon, 406, "get", "/v1/jobs/{id}/image", headers={"Accept": "text/html"}, id=done)
             for media_type in ("image/png", "image/jpeg", "image/x-exr", "image/vnd.radiance"):
@@ -152,7 +155,8 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 200, "get", "/v1/jobs", query=f"?state=queued&after={busy}")
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=waiting)
             self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=waiting)
-            self.ask(daemon, 409, "get", "/v1/jobs/{id}/plan", id=waiting)
+            plan = self.ask(daemon, 200, "get", "/v1/jobs/{id}/plan", id=waiting).json()
+            self.assertEqual(plan, {"ready": False})
             self.ask(daemon, 409, "get", "/v1/jobs/{id}/image", id=waiting)
             self.ask(daemon, 409, "delete", "/v1/jobs/{id}", id=busy)
             self.ask(daemon, 202, "post", "/v1/jobs/{id}/cancel", id=busy)

@@ -23,6 +23,7 @@ TEST(ImageChoice, IsThePngOfTheColourUnlessAsked) {
   EXPECT_FALSE(choice->partial);
   EXPECT_TRUE(choose("partial=1")->partial);
   EXPECT_EQ(choose("partial=yes").problem().code, ProblemCode::malformed_request);
+  EXPECT_EQ(choose("aov=colour&format=gif&partial=yes").problem().errors.size(), 3U);
 }
 
 TEST(ImageChoice, FormatOverridesAccept) {

@@ -45,7 +45,7 @@ class JobRunnerTest : public testing::Test {
   std::shared_ptr<const Scene> scene_;
   StructureCache::Make make_ = make_accel;
   StructureCache structures_{1 << 20, [this](auto scene, AccelKind kind) { return make_(std::move(scene), kind); }};
-  JobTable jobs_{{100, 1 << 20}};
+  JobTable jobs_{{100, 100, 1 << 20}};
   Scheduler scheduler_{2};
   JobRunner runner_{scheduler_, structures_, jobs_};
 };
@@ -61,6 +61,29 @@ TEST_F(JobRunnerTest, RendersAJob) {
   EXPECT_EQ(job.structure->kind, AccelKind::bvh);
 }
 
+TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {
+  const Camera camera = frame_scene(*scene_);
+  ended(start(camera));
+  const auto first = scene_;
+  auto same_hash = std::make_shared<Scene>(*scene_);
+  same_hash->background = {9, 9, 9};  // To tell which is used: equal hashes mean equal scenes otherwise.
+  scene_ = same_hash;
+  const JobView job = ended(start(camera));
+  ASSERT_TRUE(job.structure && job.structure->shared);
+  EXPECT_EQ(job.film->pixels().color.front(), first->background);
+}
+
+TEST_F(JobRunnerTest, CountsTheObjectsThatNoRayWasTestedWith) {
+  auto scene = std::make_shared<Scene>(*scene_);
+  scene->shapes.emplace_back(Sphere{{0, 0, 99}, 1});  // Behind the camera.
+  scene->objects.push_back({1, 0, std::nullopt});
+  const Camera camera = PerspectiveCamera{View{{0, 0, 9}, {0, 0, 0}}};
+  scene_ = scene;
+  const JobView job = ended(start(camera));
+  EXPECT_EQ(job.state, JobState::completed) << job.error;
+  EXPECT_EQ(job.tested->unmarked(), 1U);
+}
+
 TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
   make_ = [](std::shared_ptr<const Scene>, AccelKind) -> std::unique_ptr<const Accel> {
     throw std::runtime_error("no luck");
@@ -74,10 +97,11 @@ TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
 
 TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
   struct Broken : Accel {
-    std::optional<Hit> closest(const Ray&) const override { throw std::runtime_error("a tile broke"); }
-    bool occluded(const Ray&) const override { return false; }
-    std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>) const override {
-      return closest(ray);
+    std::optional<Hit> closest(const Ray&, ObjectMarks*) const override { throw std::runtime_error("a tile broke"); }
+    bool occluded(const Ray&, ObjectMarks*) const override { return false; }
+    std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>,
+                                     ObjectMarks* tested) const override {
+      return closest(ray, tested);
     }
     AccelStats stats() const override { return {}; }
   };

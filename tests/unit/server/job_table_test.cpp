@@ -8,7 +8,7 @@ namespace {
 using proto::JobState;
 using proto::ProblemCode;
 
-constexpr JobTable::Limits kRoomy{1000, 1ULL << 40};
+constexpr JobTable::Limits kRoomy{1000, 1000, 1ULL << 40};
 
 JobOrder order(std::uint32_t width = 10, std::uint32_t height = 10) {
   JobOrder order{"", "sha256:" + std::string(64, '0'), 0, {}};
@@ -30,8 +30,9 @@ TEST(JobTable, TakesAJobThroughItsStates) {
   const std::string id = add(table);
   EXPECT_EQ(state(table, id), JobState::queued);
   EXPECT_TRUE(table.start_preparing(id));
+  EXPECT_TRUE(table.is_unfinished(id));
   EXPECT_EQ(state(table, id), JobState::preparing);
-  EXPECT_TRUE(table.set_plan(id, std::make_shared<PlanReport>()));
+  EXPECT_TRUE(table.set_plan(id, std::make_shared<PlanReport>(), nullptr));
   EXPECT_TRUE(table.start_rendering(id, std::nullopt, film()));
   EXPECT_EQ(state(table, id), JobState::rendering);
   EXPECT_TRUE(table.complete(id));
@@ -46,8 +47,9 @@ TEST(JobTable, NothingHappensAfterTheEnd) {
   EXPECT_FALSE(job->stop.stop_requested());
   ASSERT_TRUE(table.cancel(job->id));
   EXPECT_TRUE(job->stop.stop_requested());
+  EXPECT_FALSE(table.is_unfinished(job->id));
   EXPECT_FALSE(table.start_preparing(job->id));
-  EXPECT_FALSE(table.set_plan(job->id, nullptr));
+  EXPECT_FALSE(table.set_plan(job->id, nullptr, nullptr));
   EXPECT_FALSE(table.start_rendering(job->id, std::nullopt, film()));
   EXPECT_FALSE(table.complete(job->id));
   EXPECT_FALSE(table.fail(job->id, "late"));
@@ -88,7 +90,7 @@ TEST(JobTable, OnlyWhatHasEndedIsRemoved) {
 }
 
 TEST(JobTable, CountsJobsThatHaveNotEnded) {
-  JobTable table({2, 1ULL << 40});
+  JobTable table({2, 1000, 1ULL << 40});
   const std::string first = add(table);
   add(table);
   EXPECT_EQ(table.add(order()).problem().code, ProblemCode::too_many_jobs);
@@ -98,7 +100,7 @@ TEST(JobTable, CountsJobsThatHaveNotEnded) {
 
 TEST(JobTable, CountsTheMemoryOfFilmsUntilTheyAreDeleted) {
   const std::uint64_t one = Film::memory_bytes(10, 10, {});
-  JobTable table({1000, 2 * one});
+  JobTable table({1000, 1000, 2 * one});
   const std::string rendered = add(table), waiting = add(table);
   EXPECT_EQ(table.add(order()).problem().code, ProblemCode::out_of_memory_budget);
   ASSERT_TRUE(table.start_preparing(rendered) && table.start_rendering(rendered, std::nullopt, film()));
@@ -111,6 +113,33 @@ TEST(JobTable, CountsTheMemoryOfFilmsUntilTheyAreDeleted) {
   EXPECT_FALSE(table.remove(rendered));
   EXPECT_TRUE(table.add(order()));
   EXPECT_EQ(table.add(order(1, 1)).problem().code, ProblemCode::out_of_memory_budget);
+}
+
+TEST(JobTable, ForgetsWhatEndedFirst) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 2, 4 * one});
+  const std::string first = add(table), second = add(table), third = add(table), waiting = add(table);
+  std::weak_ptr<const Film> picture;
+  {
+    const auto rendered = film();
+    picture = rendered;
+    ASSERT_TRUE(table.start_preparing(second) && table.start_rendering(second, std::nullopt, rendered));
+  }
+  ASSERT_TRUE(table.complete(second));
+  ASSERT_TRUE(table.fail(third, "no luck"));
+  EXPECT_TRUE(table.find(second));
+  ASSERT_TRUE(table.cancel(first));  // Came first, but ends last.
+  EXPECT_EQ(table.find(second).problem().code, ProblemCode::not_found);
+  EXPECT_TRUE(picture.expired());
+  EXPECT_EQ(state(table, third), JobState::failed);
+  EXPECT_EQ(state(table, first), JobState::canceled);
+  EXPECT_FALSE(table.remove(third));  // Makes room for one that ends.
+  ASSERT_TRUE(table.start_preparing(waiting));
+  ASSERT_TRUE(table.cancel(waiting));
+  EXPECT_EQ(state(table, first), JobState::canceled);
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(table.add(order())) << "the memory of its film is free";
+  table.shut_down();
+  EXPECT_EQ(table.list("", 10, std::nullopt).size(), 2U);
 }
 
 TEST(JobTable, ListsInOrderOfArrival) {
@@ -149,7 +178,7 @@ TEST(JobStatus, TellsProgressAndWhatIsLeft) {
   auto plan = std::make_shared<PlanReport>();
   plan->tiles = 4;
   plan->camera_rays = 80;
-  ASSERT_TRUE(table.set_plan(admitted->id, plan) && table.start_rendering(admitted->id, std::nullopt, film()));
+  ASSERT_TRUE(table.set_plan(admitted->id, plan, nullptr) && table.start_rendering(admitted->id, std::nullopt, film()));
   JobView job = *table.find(admitted->id);
   const auto now = *job.times.rendering + std::chrono::seconds(3);
   EXPECT_EQ(status_of(job, now).eta, std::nullopt);

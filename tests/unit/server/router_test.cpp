@@ -3,6 +3,7 @@
 #include <set>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace tessera::server {
 namespace {
@@ -41,6 +42,8 @@ TEST(Router, AHashIsAHash) {
   EXPECT_EQ(found(request_of("GET", "/v1/scenes/" + hash)), "/v1/scenes/{hash}");
   EXPECT_EQ(found(request_of("GET", "/v1/scenes/sha256%3A" + hash.substr(7))), "/v1/scenes/{hash}");
   EXPECT_EQ(found(request_of("GET", "/v1/scenes/" + hash + "a")), "404");
+  EXPECT_EQ(found(request_of("PUT", "/v1/blobs/" + hash)), "/v1/blobs/{hash}");
+  EXPECT_EQ(found(request_of("PUT", "/v1/blobs/" + hash + "a")), "422");
 }
 
 TEST(Router, AnotherMethodIsToldWhichThereAre) {
@@ -55,6 +58,14 @@ TEST(Router, TakesKnownQueryParametersOnceOnly) {
   EXPECT_EQ(found(request_of("GET", "/v1/jobs?limit=1&state=queued")), "/v1/jobs");
   EXPECT_EQ(found(request_of("GET", "/v1/jobs?limit=1&limit=1")), "400");
   EXPECT_EQ(found(request_of("GET", "/livez?limit=1")), "400");
+}
+
+TEST(Router, TellsAllThatIsWrongWithTheQuery) {
+  Request request = request_of("GET", "/v1/jobs?Limit=1&state=queued&state=failed&limit=1&page=2");
+  const auto body = nlohmann::json::parse(std::get<Response>(find_route(request)).body);
+  std::vector<std::string> pointers;
+  for (const auto& error : body["errors"]) pointers.push_back(error["pointer"]);
+  EXPECT_EQ(pointers, (std::vector<std::string>{"?Limit", "?state", "?page"}));
 }
 
 TEST(Router, DocumentsAreJson) {

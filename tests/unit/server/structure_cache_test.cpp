@@ -46,6 +46,8 @@ TEST(StructureCache, KeepsOneForEachSceneAndKind) {
   EXPECT_TRUE(second.shared);
   EXPECT_EQ(first.structure, second.structure);
   EXPECT_EQ(first.structure->kind, AccelKind::bvh);
+  EXPECT_EQ(first.structure->scene, scene);
+  EXPECT_EQ(ask(cache, "a", scene_of_spheres(10)).structure->scene, scene);
   EXPECT_GT(first.structure->stats.bytes, 0U);
   EXPECT_FALSE(ask(cache, "a", scene, AccelKind::brute).shared);
   EXPECT_FALSE(ask(cache, "b", scene).shared);

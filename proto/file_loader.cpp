@@ -1,8 +1,10 @@
 #include "proto/file_loader.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <new>
 #include <utility>
+#include <vector>
 
 namespace tessera::proto {
 namespace {
@@ -53,6 +55,9 @@ bool find_companions(const JsonCursor& value, const FileSource& files, std::map<
   });
   return good;
 }
+
+/// Whether a file is still what was found. A file that can't be read any more isn't.
+bool is_unchanged(const SourceFile& file) { return hash_file(file.path) == file.hash; }
 
 }  // namespace
 
@@ -108,6 +113,8 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
 
   LoadedFile loaded;
   loaded.identity = {reference.file.hash, reference.format, {}};
+  std::vector<SourceFile> assets;  // That are read; blobs never change.
+  if (!reference.companions) assets.push_back(reference.file);
   const auto companion = [&](std::string_view name) -> std::optional<std::filesystem::path> {
     std::optional<SourceFile> file;
     if (reference.companions) {
@@ -115,13 +122,17 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
       if (given != reference.companions->end()) file = given->second;
     } else {
       const auto sibling = files_.asset((std::filesystem::path(folder_of(reference.name)) / name).generic_string());
-      if (sibling) file = *sibling;
+      if (sibling) assets.push_back(*(file = *sibling));
     }
     if (!file) return std::nullopt;
     loaded.identity.companions.emplace(name, file->hash);
     return file->path;
   };
   Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion);
+  if (!std::ranges::all_of(assets, is_unchanged)) {
+    reference.where.error("The file changed while it was read; send the scene again.");
+    return std::nullopt;
+  }
   if (!imported) {
     const Problem& problem = imported.problem();
     if (problem.code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();  // not the document's fault

@@ -53,6 +53,39 @@ TEST(SceneFiles, AFileThatIsNamedTwiceIsReadOnceAndShared) {
   EXPECT_EQ(blobs.scene->objects.size(), 3U);
 }
 
+/// Someone else writes a file as soon as its hash has been taken.
+class ChangingFiles : public TestFiles {
+ public:
+  Result<SourceFile> asset(std::string_view relative_path) const override {
+    auto file = TestFiles::asset(relative_path);
+    if (file && relative_path == changing) std::ofstream(file->path, std::ios::binary) << after;
+    return file;
+  }
+
+  std::string changing, after;
+};
+
+TEST(SceneFiles, AFileThatChangesWhileItIsReadIsRefused) {
+  ChangingFiles files;
+  files.add_asset("model.obj", kObj);
+  files.add_asset("colours.mtl", kMtl);
+  const std::string scene = objects(R"({"type": "file", "path": "model.obj"})");
+  parsed(scene, files);
+  const auto refused = [&](const std::string& name, std::string_view after) {
+    files.changing = name;
+    files.after = after;
+    const auto result = parse_scene(scene, files, Limits());
+    ASSERT_FALSE(result) << name;
+    ASSERT_EQ(result.problem().errors.size(), 1U) << name;
+    EXPECT_EQ(result.problem().errors[0].pointer, "/objects/0");
+    EXPECT_EQ(result.problem().errors[0].detail, "The file changed while it was read; send the scene again.");
+  };
+  refused("colours.mtl", kOtherMtl);
+  parsed(scene, files);  // Written again, but the same.
+  refused("model.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  refused("model.obj", "f broken");
+}
+
 TEST(SceneFiles, PartsKeepTheFilesMaterialsUnlessTheObjectNamesOne) {
   TestFiles files;
   files.add_asset("a/model.obj", kObj);

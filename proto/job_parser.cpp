@@ -29,7 +29,7 @@ void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
 
 void read_accel(JsonCursor value, Settings& settings) {
   JsonFields fields(value, "an accel");
-  read<AccelKind>(fields.required("kind"), settings.accel,
+  read<AccelKind>(fields.required("kind"), settings.accel.kind,
                   {{"auto", AccelKind::automatic}, {"brute", AccelKind::brute}, {"bvh", AccelKind::bvh}});
   fields.refuse_unknown();
 }

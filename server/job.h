@@ -37,7 +37,7 @@ class Progress {
 
 /// What a plan came to: kept when the plan itself, with its tiles, is gone.
 struct PlanReport {
-  AccelKind accel;
+  AccelOptions accel;
   std::string accel_because;
   bool needs_structure;
   std::uint64_t tiles, tiles_empty, tiles_with_candidates;
@@ -59,7 +59,7 @@ struct JobOrder {
 
 /// The structure that a job traces, in figures.
 struct StructureUse {
-  AccelKind kind;
+  AccelOptions options;
   AccelStats stats;
   double build_seconds;  ///< Of whoever built it.
   bool shared;           ///< Another job had it built.

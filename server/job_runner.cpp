@@ -62,7 +62,7 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
       // Another job may have parsed the same document to another object, which the structure knows nothing of.
       run->context->scene = structure->scene;
       run->context->accel = structure->accel;
-      render(run, StructureUse{structure->kind, structure->stats, structure->build_seconds, shared});
+      render(run, StructureUse{structure->options, structure->stats, structure->build_seconds, shared});
     });
   };
   structures_.get_or_build(run->scene_hash, run->scene, plan->accel, traced);

@@ -3,20 +3,22 @@
 #include <chrono>
 #include <utility>
 
+#include "core/accel/accel_table.h"
+
 namespace tessera::server {
 
 std::shared_ptr<const Structure> StructureCache::build(const std::shared_ptr<const Scene>& scene,
-                                                       AccelKind kind) const {
+                                                       const AccelOptions& options) const {
   const auto start = std::chrono::steady_clock::now();
-  std::shared_ptr<const Accel> accel = make_(scene, kind);
+  std::shared_ptr<const Accel> accel = make_(scene, options);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const AccelStats stats = accel->stats();
-  return std::make_shared<const Structure>(Structure{std::move(accel), scene, kind, stats, seconds.count()});
+  return std::make_shared<const Structure>(Structure{std::move(accel), scene, options, stats, seconds.count()});
 }
 
 void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
-                                  AccelKind kind, Done done) {
-  const std::string key = scene_hash + ' ' + std::string(accel_name(kind));
+                                  const AccelOptions& options, Done done) {
+  const std::string key = scene_hash + ' ' + describe(options);
   {
     std::unique_lock lock(mutex_);
     if (auto structure = cache_.find(key)) {
@@ -30,7 +32,7 @@ void StructureCache::get_or_build(const std::string& scene_hash, const std::shar
   std::shared_ptr<const Structure> structure;
   std::exception_ptr error;
   try {
-    structure = build(scene, kind);
+    structure = build(scene, options);
   } catch (...) {
     error = std::current_exception();
   }

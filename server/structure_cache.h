@@ -18,19 +18,19 @@ namespace tessera::server {
 struct Structure {
   std::shared_ptr<const Accel> accel;
   std::shared_ptr<const Scene> scene;  ///< That it was built over: rendered with it, and with no other.
-  AccelKind kind;
+  AccelOptions options;
   AccelStats stats;
   double build_seconds;
 };
 
-/// Structures by scene and kind, each built once however many jobs ask for it at the same moment. Who asks while
+/// Structures by scene and options, each built once however many jobs ask for it at the same moment. Who asks while
 /// it is being built is called back, so that no thread waits. Safe to call from any number of threads.
 class StructureCache {
  public:
   /// What became of it: the structure, or why it couldn't be built. `shared` when another job had it built.
   using Done = std::function<void(std::shared_ptr<const Structure>, bool shared, std::exception_ptr)>;
 
-  using Make = std::function<std::unique_ptr<const Accel>(std::shared_ptr<const Scene>, AccelKind)>;
+  using Make = std::function<std::unique_ptr<const Accel>(std::shared_ptr<const Scene>, const AccelOptions&)>;
 
   /// Keeps structures, with the scenes that they hold, up to so many bytes.
   explicit StructureCache(std::uint64_t limit, Make make = make_accel) : make_(std::move(make)), cache_(limit) {}
@@ -38,11 +38,11 @@ class StructureCache {
   /// Calls `done` with the structure: at once if it is there, after building it on this very thread if nobody
   /// else does, and otherwise later on the thread that builds. A failure goes to all who asked, and isn't kept:
   /// the next one tries again. `done` doesn't throw.
-  void get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene, AccelKind kind,
-                    Done done);
+  void get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
+                    const AccelOptions& options, Done done);
 
  private:
-  std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, AccelKind kind) const;
+  std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, const AccelOptions& options) const;
 
   const Make make_;
   std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.

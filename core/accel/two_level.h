@@ -28,11 +28,11 @@ class TwoLevel final : public Accel {
     for (const Shape& shape : scene_->shapes) meshes_.emplace_back(triangle_boxes(shape));
   }
 
-  std::optional<Hit> closest(const Ray& ray, ObjectMarks* tested) const override {
+  std::optional<Hit> closest(const Ray& ray, TraceLog log) const override {
     if (!is_traceable(ray)) return std::nullopt;
     Hit best{ray.t_max};
     objects_.visit(CullRay(ray, objects_.root(), placed_), ray.t_min, ray.t_max, [&](std::uint32_t object, float) {
-      if (tested) tested->mark(object);
+      if (log.tested) log.tested->mark(object);
       closest_in(object, ray, best);
       return best.t;
     });
@@ -40,24 +40,24 @@ class TwoLevel final : public Accel {
   }
 
   std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
-                                   ObjectMarks* tested) const override {
+                                   TraceLog log) const override {
     if (!is_traceable(ray)) return std::nullopt;
     Hit best{ray.t_max};
     const CullRay cull(ray, objects_.root(), placed_);
     for (const std::uint32_t object : objects) {
       if (Index::kCulls && cull.misses(boxes_[object], ray.t_min, best.t)) continue;
-      if (tested) tested->mark(object);
+      if (log.tested) log.tested->mark(object);
       closest_in(object, ray, best);
     }
     return found(best, ray);
   }
 
-  bool occluded(const Ray& ray, ObjectMarks* tested) const override {
+  bool occluded(const Ray& ray, TraceLog log) const override {
     if (!is_traceable(ray)) return false;
     bool hit = false;
     objects_.visit(CullRay(ray, objects_.root(), placed_), ray.t_min, ray.t_max,
                    [&](std::uint32_t object, float limit) {
-                     if (tested) tested->mark(object);
+                     if (log.tested) log.tested->mark(object);
                      hit = occluded_by(object, ray);
                      return hit ? kStop : limit;
                    });

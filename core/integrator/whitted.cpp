@@ -77,7 +77,7 @@ Rgb Whitted::direct(const Material& material, const Shading& at) {
             const Rgb lit = shade(material, at.normal, at.to_viewer, in.to_light, in.irradiance);
             if (lit.is_black()) return;
             ++counts_.shadow;
-            if (!accel_.occluded(in.shadow_ray, tested_)) sum = sum + lit;
+            if (!accel_.occluded(in.shadow_ray, log_)) sum = sum + lit;
           }
         },
         light);
@@ -87,7 +87,7 @@ Rgb Whitted::direct(const Material& material, const Shading& at) {
 Rgb Whitted::follow(Vec3 origin, Vec3 direction, std::uint32_t depth) {
   if (stop_.stop_requested()) return {};
   const Ray ray{origin, direction};
-  return radiance(ray, accel_.closest(ray, tested_), depth + 1);
+  return radiance(ray, accel_.closest(ray, log_), depth + 1);
 }
 
 }  // namespace tessera

@@ -17,11 +17,11 @@ struct Shading;
 /// chain. A ray that hits nothing brings the background.
 class Whitted {
  public:
-  /// `tested`, if given, is told which objects are tested. Once `stop` is requested no further ray is traced, and what
+  /// `log` is told what is tested. Once `stop` is requested no further ray is traced, and what
   /// comes back means nothing.
   Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts,
-          ObjectMarks* tested = nullptr, std::stop_token stop = {})
-      : scene_(scene), accel_(accel), max_depth_(max_depth), counts_(counts), tested_(tested), stop_(std::move(stop)) {}
+          TraceLog log = {}, std::stop_token stop = {})
+      : scene_(scene), accel_(accel), max_depth_(max_depth), counts_(counts), log_(log), stop_(std::move(stop)) {}
 
   /// Radiance that arrives along `ray` (W/(sr m²)), given what it hits; `depth` counts the rays of the chain, the
   /// camera's being 1.
@@ -36,7 +36,7 @@ class Whitted {
   const Accel& accel_;
   std::uint32_t max_depth_;
   RayCounts& counts_;
-  ObjectMarks* tested_;
+  TraceLog log_;
   std::stop_token stop_;
 };
 

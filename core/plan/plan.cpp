@@ -14,13 +14,13 @@ std::uint64_t count_primitives(const Scene& scene) {
 
 void choose_accel(Plan& plan, const Settings& settings) {
   plan.accel = settings.accel;
-  if (settings.accel != AccelKind::automatic) {
+  if (settings.accel.kind != AccelKind::automatic) {
     plan.accel_because = "the job asks for it";
   } else if (plan.primitives <= kFewPrimitives) {
-    plan.accel = AccelKind::brute;
+    plan.accel.kind = AccelKind::brute;
     plan.accel_because = "testing " + std::to_string(plan.primitives) + " primitives costs less than walking a tree";
   } else {
-    plan.accel = AccelKind::bvh;
+    plan.accel.kind = AccelKind::bvh;
     plan.accel_because = std::to_string(plan.primitives) + " primitives: a hierarchy pays for itself";
   }
 }

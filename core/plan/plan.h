@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/accel/accel.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
 #include "core/screen/tiling.h"
@@ -17,10 +18,18 @@ struct Skip {
   std::uint64_t count;  ///< How many are left out; what is counted is said in `because`.
 };
 
+/// What a structure is expected to cost for the scene and the job at hand, on one thread.
+struct AccelEstimate {
+  AccelOptions options;
+  double build_seconds;
+  double trace_seconds;
+};
+
 /// What will be done to render a scene, and why: a pure function of scene, camera and settings.
 struct Plan {
-  AccelKind accel = AccelKind::brute;  ///< Never `automatic`.
+  AccelOptions accel;  ///< Its kind is never `automatic`.
   std::string accel_because;
+  std::vector<AccelEstimate> candidates;  ///< What every kind with its default options would cost; the cheapest first.
   std::uint64_t primitives = 0;
   Tiling tiling;
   std::vector<Skip> skips;

@@ -50,14 +50,16 @@ class TileRenderer {
     ++result_.rays.camera;
     if (hit) ++result_.rays.camera_hits;
     if (hit && index == 0) record_aovs(result_.pixels.index(x, y), ray, *hit);
-    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays, context_.tested.get(), stop_)
+    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays, TraceLog{context_.tested.get()},
+                   stop_)
         .radiance(ray, hit);
   }
 
   std::optional<Hit> first_hit(const Ray& ray) const {
     if (tile_.first_level == FirstLevel::candidates)
-      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_), context_.tested.get());
-    return context_.accel->closest(ray, context_.tested.get());
+      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_),
+                                           TraceLog{context_.tested.get()});
+    return context_.accel->closest(ray, TraceLog{context_.tested.get()});
   }
 
   void record_aovs(std::size_t pixel, const Ray& ray, const Hit& hit) {

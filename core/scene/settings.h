@@ -3,16 +3,17 @@
 #include <cstdint>
 #include <set>
 
+#include "core/scene/accel_options.h"
+
 namespace tessera {
 
-/// Which acceleration structure a job asks for. `automatic` lets the plan pick.
-enum class AccelKind { automatic, brute, bvh };
+/// Whether first-level rays may use the areas that objects project to: object by object, or in a hierarchy that also
+/// knows the parts of large meshes.
+enum class ScreenBounds { off, flat, hierarchical };
 
-/// Whether first-level rays may use the objects' projected screen areas.
-enum class ScreenBounds { off, flat };
-
-/// What a film records beside colour, from the first sample of each pixel.
-enum class Aov { depth, normal, primitive_id, object_id };
+/// What a film records beside colour: the first four from the first sample of each pixel, the costs as the mean over
+/// the samples of all tests made for the pixel, whatever the kind of ray. Costs depend on the structure.
+enum class Aov { depth, normal, primitive_id, object_id, cost_volumes, cost_primitives };
 
 /// Side of the square tiles in pixels; 0 lets the plan size tiles by what projects into them.
 inline constexpr std::uint32_t kAdaptiveTiles = 0;
@@ -26,10 +27,11 @@ struct Settings {
   bool jitter = true;           ///< Samples fall anywhere in the pixel; otherwise all on its centre.
   std::uint32_t max_depth = 5;  ///< Rays in a chain, the camera's being the first; ≥ 1.
   std::uint64_t seed = 0;
-  AccelKind accel = AccelKind::automatic;
+  AccelOptions accel;
   ScreenBounds screen_bounds = ScreenBounds::flat;
   std::uint32_t tile_size = kAdaptiveTiles;
   std::set<Aov> aovs;
+  bool count_tests = false;  ///< Count what `TestCounts` holds; the cost planes count in any case.
 };
 
 }  // namespace tessera

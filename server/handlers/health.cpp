@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/accel/accel.h"
+#include "core/accel/accel_table.h"
 #include "server/config.h"
 #include "server/documents.h"
 #include "server/handlers/handlers.h"

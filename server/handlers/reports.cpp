@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/accel/accel.h"
+#include "core/accel/accel_table.h"
 #include "server/handlers/handlers.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
@@ -17,7 +17,7 @@ using Clock = JobTimes::Clock;
 
 /// Whether a structure is built for the job: not without rays to trace, nor of a kind that just tests everything.
 bool is_built(const PlanReport& plan) {
-  const auto row = std::ranges::find(accel_table(), plan.accel, &AccelEntry::kind);
+  const auto row = std::ranges::find(accel_table(), plan.accel.kind, &AccelEntry::kind);
   return plan.needs_structure && row->builds;
 }
 
@@ -30,7 +30,7 @@ json plan_json(const JobView& job) {
   return {
       {"ready", true},
       {"image", {{"width", settings.width}, {"height", settings.height}, {"samples", settings.samples}}},
-      {"accel", {{"kind", accel_name(plan.accel)}, {"because", plan.accel_because}, {"is_built", is_built(plan)}}},
+      {"accel", {{"kind", accel_name(plan.accel.kind)}, {"because", plan.accel_because}, {"is_built", is_built(plan)}}},
       {"tiles",
        {{"count", plan.tiles},
         {"empty", plan.tiles_empty},
@@ -47,7 +47,7 @@ json plan_json(const JobView& job) {
 
 json structure_json(const std::optional<StructureUse>& use) {
   if (!use) return nullptr;
-  return {{"kind", accel_name(use->kind)}, {"build_seconds", use->build_seconds}, {"bytes", use->stats.bytes},
+  return {{"kind", accel_name(use->options.kind)}, {"build_seconds", use->build_seconds}, {"bytes", use->stats.bytes},
           {"nodes", use->stats.nodes},     {"leaves", use->stats.leaves},         {"depth", use->stats.depth},
           {"shared", use->shared}};
 }

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "core/accel/accel_table.h"
 #include "tests/benchmarks/support/bar_chart.h"
 #include "tests/benchmarks/support/bench_scenes.h"
 #include "tests/benchmarks/support/job_overhead.h"
@@ -42,7 +43,7 @@ class SceneBench {
   std::vector<std::string> row() const {
     return {scene_.name,
             std::to_string(context_.plan.primitives),
-            std::string(accel_name(context_.plan.accel)),
+            std::string(accel_name(context_.plan.accel.kind)),
             with_spread(build_ms_, 2),
             with_spread(speed(RayKind::camera), 2),
             with_spread(speed(RayKind::shadow), 2),
@@ -60,7 +61,7 @@ class SceneBench {
     const AccelStats stats = context_.accel->stats();
     json = {{"primitives", context_.plan.primitives},
             {"objects", scene_.scene->objects.size()},
-            {"structure", accel_name(context_.plan.accel)},
+            {"structure", accel_name(context_.plan.accel.kind)},
             {"structure_bytes", stats.bytes},
             {"build_ms", build_ms_.to_json()},
             {"one_thread_ms", render_ms_.to_json()},

@@ -1,6 +1,7 @@
 // Promise 1 of the design: one image, whatever the way.
 #include <gtest/gtest.h>
 
+#include "core/accel/accel_table.h"
 #include "tests/support/image.h"
 #include "tests/support/scenes.h"
 
@@ -36,7 +37,7 @@ TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
   const auto sizes = {1U, 7U, 16U, 64U, 66U, kAdaptiveTiles};  // 66: the whole image
   for (const View& view : views()) {
     Settings settings = all_planes(66, 35, 2);
-    settings.accel = AccelKind::brute;
+    settings.accel.kind = AccelKind::brute;
     settings.screen_bounds = ScreenBounds::off;
     settings.tile_size = 66;
     const Image reference = render_image(view.scene, view.camera, settings);
@@ -44,7 +45,7 @@ TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
       for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat})
         for (const std::uint32_t size : sizes)
           for (const int threads : {1, 2, 3, 8}) {
-            settings.accel = accel;
+            settings.accel.kind = accel;
             settings.screen_bounds = bounds;
             settings.tile_size = size;
             const Image image = render_image(view.scene, view.camera, settings, threads);

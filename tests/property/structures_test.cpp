@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/accel/accel.h"
+#include "core/accel/accel_table.h"
 #include "tests/support/scenes.h"
 
 namespace tessera {
@@ -39,11 +39,11 @@ Ray random_ray(Random& random, double size) {
 }
 
 void expect_same_hits(const std::shared_ptr<const Scene>& scene, double size, std::uint64_t seed, int rays) {
-  const auto brute = make_accel(scene, AccelKind::brute);
+  const auto brute = make_accel(scene, {AccelKind::brute});
   std::vector<std::uint32_t> all(scene->objects.size());
   std::iota(all.begin(), all.end(), 0U);
   for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene);
+    const auto accel = row.make(scene, {row.kind});
     Random random(seed);
     for (int i = 0; i < rays; ++i) {
       const Ray ray = random_ray(random, size);
@@ -73,7 +73,7 @@ TEST(Structures, GiveTheLowestIdentityAmongCoplanarTwins_Stress23) {
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles.assign(100'000, {0, 1, 2});
   const auto scene = SceneBuilder().add(mesh).add(mesh).build();
-  const auto accel = make_accel(scene, AccelKind::bvh);
+  const auto accel = make_accel(scene, {AccelKind::bvh});
   EXPECT_LE(accel->stats().depth, 24U) << "2^17 > 100,000";
   const Ray ray{{0.2F, 0.2F, 1}, {0, 0, -1}};
   EXPECT_EQ(accel->closest(ray), (Hit{1, 0, 0}));
@@ -83,11 +83,11 @@ TEST(Structures, MarkTheObjectsThatAreTested) {
   const auto scene =
       SceneBuilder().add(Sphere{{0, 0, 0}, 1}).add(Sphere{{0, 0, 50}, 1}).add(Sphere{{9, 9, 9}, 1}).build();
   for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene);
+    const auto accel = row.make(scene, {row.kind});
     ObjectMarks tested(3);
     EXPECT_EQ(tested.unmarked(), 3U);
-    EXPECT_TRUE(accel->occluded({{0, 0, -5}, {0, 0, 1}, 0, 10}, &tested));
-    EXPECT_TRUE(accel->closest({{0, 0, -5}, {0, 0, 1}}, &tested));
+    EXPECT_TRUE(accel->occluded({{0, 0, -5}, {0, 0, 1}, 0, 10}, {&tested}));
+    EXPECT_TRUE(accel->closest({{0, 0, -5}, {0, 0, 1}}, {&tested}));
     EXPECT_EQ(tested.unmarked(), row.builds ? 2U : 0U) << row.name;
   }
 }
@@ -96,7 +96,7 @@ TEST(Structures, MissWithRaysThatAreNone_Stress07_Stress09) {
   const float nan = std::nanf("");
   const auto scene = random_scene(3, 60);
   for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene);
+    const auto accel = row.make(scene, {row.kind});
     for (const float bad : {nan, kInfinity, -kInfinity})
       for (int axis = 0; axis < 3; ++axis) {
         Ray ray{{0, 0, 0}, {1, 0.5F, 0.25F}};
@@ -115,7 +115,7 @@ TEST(Structures, MissWithRaysThatAreNone_Stress07_Stress09) {
 TEST(Structures, TakeTheIntervalAsOpen_Stress08) {
   const auto scene = SceneBuilder().add(Quad{{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}}}).build();
   for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene);
+    const auto accel = row.make(scene, {row.kind});
     const auto hits = [&](float lo, float hi) { return accel->closest({{0, 0, 2}, {0, 0, -1}, lo, hi}).has_value(); };
     EXPECT_TRUE(hits(0, 3)) << row.name;
     EXPECT_FALSE(hits(0, 2)) << row.name << ": t = t_max is outside";

@@ -15,7 +15,7 @@ struct Leaks {
 
 Leaks aim_at_vertices_and_edges(const TriangleMesh& mesh, Vec3 center, double spread, AccelKind kind) {
   const auto scene = SceneBuilder().add(mesh).build();
-  const auto accel = make_accel(scene, kind);
+  const auto accel = make_accel(scene, {kind});
   Random random(1);
   Leaks out;
   const auto shoot = [&](Vec3 target) {
@@ -50,7 +50,7 @@ TEST(Watertight, FarFromTheOrigin_Stress12) {
 
 TEST(Watertight, ForRandomRaysFromInside_Stress10) {
   const auto scene = SceneBuilder().add(icosphere(5)).build();
-  const auto accel = make_accel(scene, AccelKind::bvh);
+  const auto accel = make_accel(scene, {AccelKind::bvh});
   Random random(2);
   for (int i = 0; i < 200'000; ++i) {
     const Ray ray{to_float(random.in_cube() * 0.5), to_float(random.direction())};
@@ -61,7 +61,7 @@ TEST(Watertight, ForRandomRaysFromInside_Stress10) {
 TEST(Watertight, AcrossAnAxisAlignedGrid_Stress13) {
   const TriangleMesh mesh = grid_plane(200);
   const auto scene = SceneBuilder().add(mesh).build();
-  const auto accel = make_accel(scene, AccelKind::bvh);
+  const auto accel = make_accel(scene, {AccelKind::bvh});
   Random random(3);
   for (const auto& t : mesh.triangles)
     for (int i = 0; i < 3; ++i) {

@@ -14,17 +14,16 @@ class RecordingAccel final : public Accel {
   RecordingAccel(const Accel& inner, const RayCounts& counts, RecordedRays& rays)
       : inner_(inner), counts_(counts), rays_(rays) {}
 
-  std::optional<Hit> closest(const Ray& ray, ObjectMarks*) const override {
+  std::optional<Hit> closest(const Ray& ray, TraceLog) const override {
     const bool reflected = counts_.reflection != rays_.of(RayKind::reflection).size();
     rays_.of(reflected ? RayKind::reflection : RayKind::refraction).push_back(ray);
     return inner_.closest(ray);
   }
-  bool occluded(const Ray& ray, ObjectMarks*) const override {
+  bool occluded(const Ray& ray, TraceLog) const override {
     rays_.of(RayKind::shadow).push_back(ray);
     return inner_.occluded(ray);
   }
-  std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
-                                   ObjectMarks*) const override {
+  std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects, TraceLog) const override {
     return inner_.closest_among(ray, objects);
   }
   AccelStats stats() const override { return inner_.stats(); }

@@ -52,7 +52,7 @@ TEST(ParseJob, EverySetting) {
   EXPECT_FALSE(job.settings.jitter);
   EXPECT_EQ(job.settings.max_depth, 9U);
   EXPECT_EQ(job.settings.seed, 18446744073709551615U);
-  EXPECT_EQ(job.settings.accel, AccelKind::brute);
+  EXPECT_EQ(job.settings.accel.kind, AccelKind::brute);
   EXPECT_EQ(job.settings.screen_bounds, ScreenBounds::off);
   EXPECT_EQ(job.settings.tile_size, 32U);
   EXPECT_EQ(job.settings.aovs, (std::set<Aov>{Aov::depth, Aov::object_id}));
@@ -62,8 +62,8 @@ TEST(ParseJob, WordsForStructureTilesAndAovs) {
   const auto settings = [](const std::string& text) {
     return parsed(kByHash + R"(, "image": {"width": 64, "height": 100}, "settings": {)" + text + "}}").settings;
   };
-  EXPECT_EQ(settings(R"("accel": {"kind": "auto"})").accel, AccelKind::automatic);
-  EXPECT_EQ(settings(R"("accel": {"kind": "bvh"})").accel, AccelKind::bvh);
+  EXPECT_EQ(settings(R"("accel": {"kind": "auto"})").accel.kind, AccelKind::automatic);
+  EXPECT_EQ(settings(R"("accel": {"kind": "bvh"})").accel.kind, AccelKind::bvh);
   EXPECT_EQ(settings(R"("screen_bounds": "flat")").screen_bounds, ScreenBounds::flat);
   EXPECT_EQ(settings(R"("tile_size": "auto")").tile_size, kAdaptiveTiles);
   EXPECT_EQ(settings(R"("tile_size": "whole")").tile_size, 100U);

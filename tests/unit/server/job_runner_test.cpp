@@ -30,7 +30,7 @@ class JobRunnerTest : public testing::Test {
     JobOrder order{"", "sha256:0", 0, {}};
     order.settings.width = order.settings.height = 32;
     order.settings.tile_size = 8;
-    order.settings.accel = accel;
+    order.settings.accel.kind = accel;
     const auto admitted = jobs_.add(order);
     runner_.start(*admitted, order, scene_, camera);
     return admitted->id;
@@ -44,7 +44,8 @@ class JobRunnerTest : public testing::Test {
 
   std::shared_ptr<const Scene> scene_;
   StructureCache::Make make_ = make_accel;
-  StructureCache structures_{1 << 20, [this](auto scene, AccelKind kind) { return make_(std::move(scene), kind); }};
+  StructureCache structures_{
+      1 << 20, [this](auto scene, const AccelOptions& options) { return make_(std::move(scene), options); }};
   JobTable jobs_{{100, 100, 1 << 20}};
   Scheduler scheduler_{2};
   JobRunner runner_{scheduler_, structures_, jobs_};
@@ -58,7 +59,7 @@ TEST_F(JobRunnerTest, RendersAJob) {
   EXPECT_EQ(job.progress->samples(), 32U * 32U);
   EXPECT_EQ(job.progress->rays().camera, job.plan->camera_rays);
   ASSERT_TRUE(job.structure);
-  EXPECT_EQ(job.structure->kind, AccelKind::bvh);
+  EXPECT_EQ(job.structure->options.kind, AccelKind::bvh);
 }
 
 TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {
@@ -85,7 +86,7 @@ TEST_F(JobRunnerTest, CountsTheObjectsThatNoRayWasTestedWith) {
 }
 
 TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
-  make_ = [](std::shared_ptr<const Scene>, AccelKind) -> std::unique_ptr<const Accel> {
+  make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) -> std::unique_ptr<const Accel> {
     throw std::runtime_error("no luck");
   };
   const JobView failed = ended(start(frame_scene(*scene_)));
@@ -97,15 +98,14 @@ TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
 
 TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
   struct Broken : Accel {
-    std::optional<Hit> closest(const Ray&, ObjectMarks*) const override { throw std::runtime_error("a tile broke"); }
-    bool occluded(const Ray&, ObjectMarks*) const override { return false; }
-    std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>,
-                                     ObjectMarks* tested) const override {
-      return closest(ray, tested);
+    std::optional<Hit> closest(const Ray&, TraceLog) const override { throw std::runtime_error("a tile broke"); }
+    bool occluded(const Ray&, TraceLog) const override { return false; }
+    std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>, TraceLog log) const override {
+      return closest(ray, log);
     }
     AccelStats stats() const override { return {}; }
   };
-  make_ = [](std::shared_ptr<const Scene>, AccelKind) { return std::make_unique<const Broken>(); };
+  make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) { return std::make_unique<const Broken>(); };
   const JobView failed = ended(start(frame_scene(*scene_), AccelKind::brute));
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.error, "a tile broke");
@@ -114,7 +114,7 @@ TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
 }
 
 TEST_F(JobRunnerTest, BuildsNothingWhereNothingProjects) {
-  make_ = [](std::shared_ptr<const Scene>, AccelKind) -> std::unique_ptr<const Accel> {
+  make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) -> std::unique_ptr<const Accel> {
     throw std::logic_error("built for nothing");
   };
   const JobView job = ended(start(PerspectiveCamera{View{{0, 0, 9}, {0, 0, 99}}}));
@@ -126,10 +126,10 @@ TEST_F(JobRunnerTest, BuildsNothingWhereNothingProjects) {
 
 TEST_F(JobRunnerTest, ACanceledJobGoesNoFurther) {
   std::promise<void> begun, go;
-  make_ = [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+  make_ = [&](std::shared_ptr<const Scene> scene, const AccelOptions& options) {
     begun.set_value();
     go.get_future().wait();
-    return make_accel(std::move(scene), kind);
+    return make_accel(std::move(scene), options);
   };
   const std::string id = start(frame_scene(*scene_));
   begun.get_future().wait();

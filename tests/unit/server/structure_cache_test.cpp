@@ -31,7 +31,7 @@ struct Answer {
 Answer ask(StructureCache& cache, const std::string& hash, const std::shared_ptr<const Scene>& scene,
            AccelKind kind = AccelKind::bvh) {
   Answer answer;
-  cache.get_or_build(hash, scene, kind,
+  cache.get_or_build(hash, scene, {kind},
                      [&](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
                        answer = {std::move(structure), shared, error};
                      });
@@ -45,7 +45,7 @@ TEST(StructureCache, KeepsOneForEachSceneAndKind) {
   EXPECT_FALSE(first.shared);
   EXPECT_TRUE(second.shared);
   EXPECT_EQ(first.structure, second.structure);
-  EXPECT_EQ(first.structure->kind, AccelKind::bvh);
+  EXPECT_EQ(first.structure->options.kind, AccelKind::bvh);
   EXPECT_EQ(first.structure->scene, scene);
   EXPECT_EQ(ask(cache, "a", scene_of_spheres(10)).structure->scene, scene);
   EXPECT_GT(first.structure->stats.bytes, 0U);
@@ -56,9 +56,9 @@ TEST(StructureCache, KeepsOneForEachSceneAndKind) {
 TEST(StructureCache, BuildsOnceForAllWhoAskAtOnce) {
   constexpr int kThreads = 8, kRounds = 50;
   std::atomic<int> builds = 0;
-  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, const AccelOptions& options) {
     ++builds;
-    return make_accel(std::move(scene), kind);
+    return make_accel(std::move(scene), options);
   });
   const auto scene = scene_of_spheres(500);
   for (int round = 0; round < kRounds; ++round) {
@@ -68,7 +68,7 @@ TEST(StructureCache, BuildsOnceForAllWhoAskAtOnce) {
     for (int i = 0; i < kThreads; ++i)
       threads.emplace_back([&] {
         start.arrive_and_wait();
-        cache.get_or_build(std::to_string(round), scene, AccelKind::bvh,
+        cache.get_or_build(std::to_string(round), scene, {AccelKind::bvh},
                            [&](const auto& structure, bool shared, const std::exception_ptr&) {
                              EXPECT_TRUE(structure);
                              if (!shared) ++unshared;
@@ -83,17 +83,17 @@ TEST(StructureCache, BuildsOnceForAllWhoAskAtOnce) {
 
 TEST(StructureCache, WhoAsksDuringTheBuildDoesNotWait) {
   std::promise<void> begun, go;
-  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, const AccelOptions& options) {
     begun.set_value();
     go.get_future().wait();
-    return make_accel(std::move(scene), kind);
+    return make_accel(std::move(scene), options);
   });
   const auto scene = scene_of_spheres(10);
   Answer first, second;
   std::thread builder([&] { first = ask(cache, "a", scene); });
   begun.get_future().wait();
   std::thread::id answered_by;
-  cache.get_or_build("a", scene, AccelKind::bvh, [&](auto structure, bool shared, std::exception_ptr) {
+  cache.get_or_build("a", scene, {AccelKind::bvh}, [&](auto structure, bool shared, std::exception_ptr) {
     second = {std::move(structure), shared, nullptr};
     answered_by = std::this_thread::get_id();
   });
@@ -117,9 +117,9 @@ TEST(StructureCache, LetsGoOfWhatDoesNotFit) {
 
 TEST(StructureCache, AFailureIsToldAndNotKept) {
   int builds = 0;
-  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, AccelKind kind) {
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, const AccelOptions& options) {
     if (++builds == 1) throw std::runtime_error("no luck");
-    return make_accel(std::move(scene), kind);
+    return make_accel(std::move(scene), options);
   });
   const auto scene = scene_of_spheres(10);
   const Answer failed = ask(cache, "a", scene);

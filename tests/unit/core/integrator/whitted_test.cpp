@@ -20,7 +20,7 @@ struct Seen {
 };
 
 Seen look(const std::shared_ptr<const Scene>& scene, const Ray& ray, std::uint32_t max_depth = 5) {
-  const auto accel = make_accel(scene, AccelKind::bvh);
+  const auto accel = make_accel(scene, {AccelKind::bvh});
   Seen seen;
   seen.radiance = Whitted(*scene, *accel, max_depth, seen.rays).radiance(ray, accel->closest(ray));
   return seen;
@@ -132,7 +132,7 @@ TEST(Spawn, NeverMeetsItsOwnSurfaceAgain_Stress24) {
     b.place(b.shape(shape), 0,
             seed % 2 ? Transform::from_rows({1, 0, 0, offset.x, 0, 1, 0, offset.y, 0, 0, 1, offset.z}) : std::nullopt);
     const auto one = b.build();
-    const auto accel = make_accel(one, AccelKind::bvh);
+    const auto accel = make_accel(one, {AccelKind::bvh});
     const Aabb box = world_bounds(*one, one->objects[0]);
     for (int i = 0; i < 50; ++i) {
       Vec3 target;

@@ -16,11 +16,11 @@ std::map<std::string, std::uint64_t> skips(const Plan& plan) {
 }
 
 TEST(Plan, BuildsNothingForAHandfulAndATreeForMore) {
-  EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), {}).accel, AccelKind::brute);
-  EXPECT_EQ(make_plan(*mixed_scene(), mixed_camera(), {}).accel, AccelKind::bvh);
+  EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), {}).accel.kind, AccelKind::brute);
+  EXPECT_EQ(make_plan(*mixed_scene(), mixed_camera(), {}).accel.kind, AccelKind::bvh);
   Settings asked;
-  asked.accel = AccelKind::bvh;
-  EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), asked).accel, AccelKind::bvh);
+  asked.accel.kind = AccelKind::bvh;
+  EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), asked).accel.kind, AccelKind::bvh);
 }
 
 TEST(Plan, CountsPrimitivesOfEveryInstance) {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "core/math/rounding.h"
+#include "core/math/vec.h"
+
+namespace tessera {
+
+/// The ellipsoid {center + Σ aᵢ·axes[i], |a| ≤ 1}; with `axes[2]` zero an ellipse, which is how a disk looks after any
+/// affine map. A ball has three axes of one length, at right angles.
+struct Ellipsoid {
+  Vec3d center;
+  Vec3d axes[3];
+};
+
+/// Points and ellipsoids whose convex hull holds something: all that a bounding volume is fitted to. Whatever is held
+/// lies within `slack` (on each axis) of that hull.
+struct Outline {
+  std::vector<Vec3> points;
+  std::vector<Ellipsoid> ellipsoids;
+  double slack = 0;
+
+  bool empty() const { return points.empty() && ellipsoids.empty(); }
+  void append(const Outline& other);
+};
+
+/// The least and the greatest n·p over the outline, slack included, rounded outward; lo > hi for an empty outline.
+/// Exact but for 2^-48 of |n|₁ · the largest coordinate, by which it is wider.
+struct Extent {
+  double lo = kInfinity;
+  double hi = -kInfinity;
+};
+Extent extent_along(Vec3d n, const Outline& outline);
+
+}  // namespace tessera

@@ -10,6 +10,7 @@ struct BoxBound {
   using Volume = Aabb;
   using Clipper = CullRay;
 
+  /// Exact for points without slack. Leaves of the outline the box's least and greatest corner.
   Aabb fit(Outline& outline) const;
   Aabb join(const Aabb& a, const Aabb& b) const;
   bool contains(const Aabb& box, Vec3 p) const { return box.contains(p); }

@@ -4,34 +4,30 @@
 #include <cmath>
 
 #include "core/bounds/aabb.h"
+#include "core/bounds/cull_pad.h"
 #include "core/math/interval.h"
 #include "core/math/ray.h"
 #include "core/math/transform.h"
 
 namespace tessera {
 
-/// A ray set up to be clipped against many boxes, padded so that a box never loses a hit inside it (law L2).
-///
-/// What the pad covers. Let M be the largest coordinate distance from the ray's origin to a corner of `reach`, the
-/// box of everything that will be tested, and u = 2^-24. Distances are along one axis.
-///   1. A plane's t is fl((plane − o) · fl(1/d)): three roundings, 3u·|plane − o| ≤ 3uM.
-///   2. A direction component smaller than |d|·2^-26 is replaced by that, so that nothing divides by zero. A point
-///      within M of the origin (t ≤ M/|d|∞) moves by at most M·2^-26 = uM/4.
-///   3. A primitive's t is exact to one rounding (core/geometry computes in double): u·|t·d| ≤ uM along the axis.
-///      What double leaves beside that is below 2^-30·M, uM/64 (core/geometry/double_root.h).
-///   4. The pad's own product and difference: 2u of the result, ≤ 2uM(1 + 8u).
-/// That is less than 7uM; 8uM is the pad. Instances add the rounding of their transforms (`Transform::Error`).
+/// Where a ray crosses a plane that parts two closed cells: no hit on the near side lies at t > exit, and none on the
+/// far side at t < entry (both padded, law L2). An end that is NaN is no bound.
+struct Crossing {
+  float entry;
+  float exit;
+  bool is_descending;  ///< The ray runs against the plane's normal.
+};
+
+/// A ray set up to be clipped against many boxes, padded by `cull_pad` so that a box never loses a hit inside it.
 class CullRay {
  public:
   CullRay(const Ray& ray, const Aabb& reach, Transform::Error placed = {}) : origin_(ray.origin) {
-    const double m = std::max(max_component(abs(to_double(reach.lo) - to_double(ray.origin))),
-                              max_component(abs(to_double(reach.hi) - to_double(ray.origin))));
-    const double o = max_component(abs(ray.origin));
-    const double pad = 8 * kUnitRoundoff * (m + placed.condition * (o + m) + placed.offset) + 8 * kDenormalStep;
-    const float smallest = max_component(abs(ray.direction)) * 0x1p-26F;
+    const double pad = cull_pad(ray, reach, placed);
+    const float least = max_component(abs(ray.direction)) * kLeastSlope;
     for (int axis = 0; axis < 3; ++axis) {
       const float d = ray.direction[axis];
-      inverse_[axis] = 1 / std::copysign(std::max(std::abs(d), smallest), d);
+      inverse_[axis] = 1 / at_least(least, d);
       pad_[axis] = static_cast<float>(pad * std::abs(inverse_[axis]));
       backward_[axis] = std::signbit(d);
     }
@@ -47,6 +43,12 @@ class CullRay {
       return (((backward_[i] ? box.lo : box.hi)[i] - origin_[i]) * inverse_[i]) + pad_[i];
     };
     return {std::max(near(0), std::max(near(1), near(2))), std::min(far(0), std::min(far(1), far(2)))};
+  }
+
+  /// Where the ray crosses the plane at `position` on `axis`: see `Crossing`.
+  Crossing cross(int axis, float position) const {
+    const float t = (position - origin_[axis]) * inverse_[axis];
+    return {t - pad_[axis], t + pad_[axis], backward_[axis]};
   }
 
   /// Whether no hit with t_min < t ≤ limit can lie in a box that was clipped to `span`.

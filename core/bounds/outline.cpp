@@ -4,6 +4,22 @@
 #include <cmath>
 
 namespace tessera {
+namespace {
+
+/// Rounding of n·p, as a share of |n|₁ · the largest coordinate: a dot product of three terms, for an ellipsoid a
+/// length and a sum, some ten roundings of at most 2^-53 · 4.
+constexpr double kRounding = 0x1p-48;
+
+double largest_coordinate(const Outline& outline) {
+  double largest = 0;
+  for (const Vec3 p : outline.points) largest = std::max<double>(largest, max_component(abs(p)));
+  for (const Ellipsoid& e : outline.ellipsoids)
+    for (const Vec3d v : {e.center, e.axes[0], e.axes[1], e.axes[2]})
+      largest = std::max(largest, max_component(abs(v)));
+  return largest;
+}
+
+}  // namespace
 
 void Outline::append(const Outline& other) {
   points.insert(points.end(), other.points.begin(), other.points.end());
@@ -14,23 +30,50 @@ void Outline::append(const Outline& other) {
 Extent extent_along(Vec3d n, const Outline& outline) {
   if (outline.empty()) return {};
   Extent extent;
-  double largest = 0;
-  const auto add = [&](Vec3d center, double radius) {
-    const double at = dot(n, center);
-    extent.lo = std::min(extent.lo, at - radius);
-    extent.hi = std::max(extent.hi, at + radius);
-    largest = std::max(largest, max_component(abs(center)));
+  std::size_t item = 0;
+  const auto add = [&](double lo, double hi) {
+    if (lo < extent.lo) extent.lo = lo, extent.lowest = item;
+    if (hi > extent.hi) extent.hi = hi, extent.highest = item;
+    ++item;
   };
-  for (const Vec3 p : outline.points) add(to_double(p), 0);
-  for (const Ellipsoid& e : outline.ellipsoids) {
-    const Vec3d along{dot(n, e.axes[0]), dot(n, e.axes[1]), dot(n, e.axes[2])};
-    add(e.center, length(along));
-    for (const Vec3d axis : e.axes) largest = std::max(largest, max_component(abs(axis)));
+  for (const Vec3 p : outline.points) {
+    const double at = dot(n, to_double(p));
+    add(at, at);
   }
-  // A dot product of three terms, a length, their sum: some ten roundings of at most 2^-53 · |n|₁ · 4 · largest.
+  for (const Ellipsoid& e : outline.ellipsoids) {
+    const double at = dot(n, e.center), radius = length(Vec3d{dot(n, e.axes[0]), dot(n, e.axes[1]), dot(n, e.axes[2])});
+    add(at - radius, at + radius);
+  }
   const double n1 = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-  const double wider = n1 * (largest * 0x1p-48 + outline.slack);
-  return {extent.lo - wider, extent.hi + wider};
+  const double wider = n1 * (largest_coordinate(outline) * kRounding + outline.slack);
+  extent.lo -= wider;
+  extent.hi += wider;
+  return extent;
+}
+
+void keep(Outline& outline, const std::vector<bool>& marked) {
+  outline.slack += largest_coordinate(outline) * kRounding;
+  std::size_t item = 0;
+  const auto thin = [&](auto& items) {
+    std::size_t kept = 0;
+    for (const auto& each : items)
+      if (marked[item++]) items[kept++] = each;
+    items.resize(kept);
+  };
+  thin(outline.points);
+  thin(outline.ellipsoids);
+}
+
+/// The square of the longest half axis is the largest eigenvalue of the axes' Gram matrix, which no sum of a row's
+/// absolute values falls below (Gershgorin). Rounds by less than 2^-49.
+double bounding_radius(const Ellipsoid& ellipsoid) {
+  double most = 0;
+  for (const Vec3d a : ellipsoid.axes) {
+    double sum = 0;
+    for (const Vec3d b : ellipsoid.axes) sum += std::abs(dot(a, b));
+    most = std::max(most, sum);
+  }
+  return std::sqrt(most) * (1 + 0x1p-49);
 }
 
 }  // namespace tessera

@@ -30,7 +30,16 @@ struct Outline {
 struct Extent {
   double lo = kInfinity;
   double hi = -kInfinity;
+  std::size_t lowest = 0, highest = 0;  ///< Who decides: an index of points, or points.size() + one of ellipsoids.
 };
 Extent extent_along(Vec3d n, const Outline& outline);
+
+/// Leaves only the points and ellipsoids that are marked, counted as in `Extent`. Slack grows by as much as the rest
+/// may lie farther out along a normal than `extent_along` could tell.
+void keep(Outline& outline, const std::vector<bool>& marked);
+
+/// The radius of a ball about the ellipsoid's centre that contains it: the longest half axis where the axes are at
+/// right angles, no less in any case.
+double bounding_radius(const Ellipsoid& ellipsoid);
 
 }  // namespace tessera

@@ -12,4 +12,7 @@ struct Interval {
   constexpr bool operator==(const Interval&) const = default;
 };
 
+/// Contains nothing.
+inline constexpr Interval kEmptyInterval{kInfinity, -kInfinity};
+
 }  // namespace tessera

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 namespace tessera {
@@ -11,5 +12,12 @@ inline constexpr double kUnitRoundoff = 0x1p-24;
 
 /// The smallest positive float (2^-149): the absolute error of a float operation whose result is denormal.
 inline constexpr double kDenormalStep = 0x1p-149;
+
+/// A float that is less (greater) than `x`: the greatest (least) one, or one up to two ulp further out. NaN stays NaN.
+constexpr float below(double x) {
+  const double less = x * (x > 0 ? 1 - 0x1p-23 : 1 + 0x1p-23) - kDenormalStep;
+  return static_cast<float>(std::min(less, double{std::numeric_limits<float>::max()}));
+}
+constexpr float above(double x) { return -below(-x); }
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 #include "core/bounds/sphere_bound.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/bounds/minimal_ball.h"
 
@@ -39,7 +40,8 @@ Ball ritter(const std::vector<Ball>& balls) {
 /// The rounded centre, with a radius that contains the balls whatever was rounded before. The radius itself rounds by
 /// less than 2^-50 before it is rounded outward to float.
 BoundingSphere around(Vec3d center, const std::vector<Ball>& balls, double slack) {
-  BoundingSphere sphere{to_float(center)};
+  const double most = std::numeric_limits<float>::max();  // an instance may lie beyond
+  BoundingSphere sphere{to_float(min(max(center, {-most, -most, -most}), {most, most, most}))};
   double radius = 0;
   for (const Ball& each : balls)
     radius = std::max(radius, length(each.center - to_double(sphere.center)) + each.radius);

@@ -121,12 +121,16 @@ SurfacePoint surface(const Cone& cone, const Ray& ray, float t) {
   return {base + (along + 0.5) * axis + radius * radial, error, normal, normal};
 }
 
+double hit_radius(const Cone& cone, float end_radius) {
+  const double largest = largest_radius(cone);
+  return std::sqrt(static_cast<double>(end_radius) * end_radius + kFormError * largest * largest);
+}
+
 Aabb bounds(const Cone& cone) {
   const Vec3d base = to_double(cone.base), apex = to_double(cone.apex);
   const Vec3d extent = circle_extent(apex - base);
-  const double slack = kFormError * largest_radius(cone) * largest_radius(cone);
-  const auto around = [&](float radius) { return std::sqrt(static_cast<double>(radius) * radius + slack) * extent; };
-  const Vec3d at_base = around(cone.base_radius), at_apex = around(cone.apex_radius);
+  const Vec3d at_base = hit_radius(cone, cone.base_radius) * extent;
+  const Vec3d at_apex = hit_radius(cone, cone.apex_radius) * extent;
   return outward(min(base - at_base, apex - at_apex), max(base + at_base, apex + at_apex));
 }
 

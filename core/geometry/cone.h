@@ -22,4 +22,7 @@ std::optional<float> intersect(const Cone& cone, const Ray& ray);
 SurfacePoint surface(const Cone& cone, const Ray& ray, float t);
 Aabb bounds(const Cone& cone);
 
+/// How far from the axis hits are found at an end of this radius: a little farther at a tip (see cone.cpp).
+double hit_radius(const Cone& cone, float end_radius);
+
 }  // namespace tessera

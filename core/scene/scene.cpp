@@ -1,5 +1,8 @@
 #include "core/scene/scene.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace tessera {
 
 Aabb world_bounds(const Scene& scene, const Object& object) {
@@ -14,6 +17,42 @@ Aabb world_bounds(const Scene& scene, const Object& object) {
     hi = max(hi, p);
   }
   return outward(lo, hi);
+}
+
+Outline world_outline(const Object& object, const Outline& local) {
+  if (!object.placement) return local;
+  const auto& m = object.placement->rows();
+  const auto linear = [&](Vec3d v) {
+    return Vec3d{m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
+                 m[8] * v.x + m[9] * v.y + m[10] * v.z};
+  };
+  Outline world;
+  double local_size = 0, world_size = 0;
+  for (const Vec3 p : local.points) {
+    const Vec3d placed = object.placement->point_to_world(to_double(p));
+    local_size = std::max<double>(local_size, max_component(abs(p)));
+    world_size = std::max(world_size, max_component(abs(placed)));
+    if (is_finite(to_float(placed)))
+      world.points.push_back(to_float(placed));
+    else
+      world.ellipsoids.push_back({placed, {}});  // beyond a float: an ellipsoid of no size is a point in double
+  }
+  for (const Ellipsoid& e : local.ellipsoids) {
+    world.ellipsoids.push_back({object.placement->point_to_world(e.center), {}});
+    for (int i = 0; i < 3; ++i) world.ellipsoids.back().axes[i] = linear(e.axes[i]);
+    for (const Vec3d v : {e.center, e.axes[0], e.axes[1], e.axes[2]})
+      local_size = std::max(local_size, max_component(abs(v)));
+  }
+
+  // Points round to float once. Before that, three products and three sums round by 2^-53 of no more than their
+  // absolute values; an ellipsoid's centre and three axes do so four times.
+  for (int row = 0; row < 12; row += 4) {
+    const double stretch = std::abs(m[row]) + std::abs(m[row + 1]) + std::abs(m[row + 2]);
+    const double rounding = 0x1p-48 * (stretch * local_size + std::abs(m[row + 3]));
+    world.slack = std::max(world.slack, stretch * local.slack + rounding);
+  }
+  if (!world.points.empty()) world.slack += kUnitRoundoff * world_size + kDenormalStep;
+  return world;
 }
 
 std::size_t memory_bytes(const Scene& scene) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/bounds/outline.h"
 #include "core/geometry/shape.h"
 #include "core/math/transform.h"
 #include "core/scene/camera.h"
@@ -46,6 +47,9 @@ struct Scene {
 /// The box of a placed object in world space: empty for an empty shape; padded for the rounding of the placement
 /// itself, not for that of rays (core/bounds/cull_ray.h does that per ray).
 Aabb world_bounds(const Scene& scene, const Object& object);
+
+/// An outline in the shape's own space, carried to the world like the object. Padded like its box.
+Outline world_outline(const Object& object, const Outline& local);
 
 /// Bytes of heap that the scene holds, to a few percent.
 std::size_t memory_bytes(const Scene& scene);

@@ -4,23 +4,6 @@
 #include <cmath>
 
 namespace tessera {
-namespace {
-
-/// Rounding of n·p, as a share of |n|₁ · the largest coordinate: a dot product of three terms, for an ellipsoid a
-/// length and a sum, some ten roundings of at most 2^-53 · 4.
-constexpr double kRounding = 0x1p-48;
-
-double largest_coordinate(const Outline& outline) {
-  double largest = 0;
-  for (const Vec3 p : outline.points) largest = std::max<double>(largest, max_component(abs(p)));
-  for (const Ellipsoid& e : outline.ellipsoids)
-    for (const Vec3d v : {e.center, e.axes[0], e.axes[1], e.axes[2]})
-      largest = std::max(largest, max_component(abs(v)));
-  return largest;
-}
-
-}  // namespace
-
 void Outline::append(const Outline& other) {
   points.insert(points.end(), other.points.begin(), other.points.end());
   ellipsoids.insert(ellipsoids.end(), other.ellipsoids.begin(), other.ellipsoids.end());
@@ -45,14 +28,23 @@ Extent extent_along(Vec3d n, const Outline& outline) {
     add(at - radius, at + radius);
   }
   const double n1 = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-  const double wider = n1 * (largest_coordinate(outline) * kRounding + outline.slack);
+  const double wider = n1 * (extent_rounding(outline) + outline.slack);
   extent.lo -= wider;
   extent.hi += wider;
   return extent;
 }
 
+/// A dot product of three terms, for an ellipsoid a length and a sum: some ten roundings of at most 2^-53 · 2.
+double extent_rounding(const Outline& outline) {
+  double largest = 0;
+  for (const Vec3 p : outline.points) largest = std::max<double>(largest, max_component(abs(p)));
+  for (const Ellipsoid& e : outline.ellipsoids)
+    for (const Vec3d v : {e.center, e.axes[0], e.axes[1], e.axes[2]})
+      largest = std::max(largest, max_component(abs(v)));
+  return largest * 0x1p-48;
+}
+
 void keep(Outline& outline, const std::vector<bool>& marked) {
-  outline.slack += largest_coordinate(outline) * kRounding;
   std::size_t item = 0;
   const auto thin = [&](auto& items) {
     std::size_t kept = 0;

@@ -34,8 +34,11 @@ struct Extent {
 };
 Extent extent_along(Vec3d n, const Outline& outline);
 
-/// Leaves only the points and ellipsoids that are marked, counted as in `Extent`. Slack grows by as much as the rest
-/// may lie farther out along a normal than `extent_along` could tell.
+/// The share of `Extent` that is rounding, per unit of |n|₁: whoever drops points for lying less far out than others
+/// has to add it to the slack, since along n they may lie farther out by this.
+double extent_rounding(const Outline& outline);
+
+/// Leaves only the points and ellipsoids that are marked, counted as in `Extent`.
 void keep(Outline& outline, const std::vector<bool>& marked);
 
 /// The radius of a ball about the ellipsoid's centre that contains it: the longest half axis where the axes are at

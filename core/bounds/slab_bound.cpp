@@ -71,6 +71,7 @@ Slabs SlabBound::fit(Outline& outline) const {
     slabs.push_back({below(extent.lo), above(extent.hi)});
     outermost[extent.lowest] = outermost[extent.highest] = true;
   }
+  outline.slack += extent_rounding(outline);
   keep(outline, outermost);
   return slabs;
 }

@@ -1,30 +1,32 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "core/accel/accel.h"
-#include "core/bounds/aabb.h"
-#include "core/bounds/cull_ray.h"
+#include "core/accel/index.h"
+#include "core/accel/items.h"
+#include "core/bounds/box_bound.h"
 
 namespace tessera {
 
-/// Every item, in order, unculled: the oracle of all other structures. The same face as `BoxTree`.
+/// Every item, in order, unculled: the oracle of all other structures.
 class LinearIndex {
  public:
+  using BoundType = BoxBound;
   static constexpr bool kCulls = false;
+  static constexpr bool kHasRootVolume = false;
 
-  explicit LinearIndex(std::span<const Aabb> boxes) : count_(static_cast<std::uint32_t>(boxes.size())) {
-    for (const Aabb& box : boxes) root_.extend(box);
+  LinearIndex(const Items& items, const BoxBound&, const AccelOptions&) : count_(items.size()) {
+    for (const Aabb& box : items.boxes()) root_.extend(box);
   }
 
   Aabb root() const { return root_; }
 
-  template <typename Leaf>
-  void visit(const CullRay&, float, float limit, Leaf&& leaf) const {
+  template <typename Counter, typename Leaf>
+  void visit(const Ray&, Transform::Error, float limit, Counter, Leaf&& leaf) const {
     for (std::uint32_t item = 0; item < count_; ++item) {
       limit = leaf(item, limit);
-      if (limit == -kInfinity) return;
+      if (limit == kStop) return;
     }
   }
 

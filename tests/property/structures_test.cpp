@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/accel/accel_table.h"
+#include "tests/support/accel_choices.h"
 #include "tests/support/scenes.h"
 
 namespace tessera {
@@ -42,15 +42,15 @@ void expect_same_hits(const std::shared_ptr<const Scene>& scene, double size, st
   const auto brute = make_accel(scene, {AccelKind::brute});
   std::vector<std::uint32_t> all(scene->objects.size());
   std::iota(all.begin(), all.end(), 0U);
-  for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene, {row.kind});
+  for (const AccelOptions& options : accel_choices()) {
+    const auto accel = make_accel(scene, options);
     Random random(seed);
     for (int i = 0; i < rays; ++i) {
       const Ray ray = random_ray(random, size);
       const std::optional<Hit> expected = brute->closest(ray);
-      ASSERT_EQ(accel->closest(ray), expected) << row.name << ", scene " << seed << ", ray " << i;
-      ASSERT_EQ(accel->closest_among(ray, all), expected) << row.name << ", scene " << seed << ", ray " << i;
-      ASSERT_EQ(accel->occluded(ray), expected.has_value()) << row.name << ", scene " << seed << ", ray " << i;
+      ASSERT_EQ(accel->closest(ray), expected) << describe(options) << ", scene " << seed << ", ray " << i;
+      ASSERT_EQ(accel->closest_among(ray, all), expected) << describe(options) << ", scene " << seed << ", ray " << i;
+      ASSERT_EQ(accel->occluded(ray), expected.has_value()) << describe(options) << ", scene " << seed << ", ray " << i;
     }
   }
 }
@@ -83,7 +83,9 @@ TEST(Structures, MarkTheObjectsThatAreTested) {
   const auto scene =
       SceneBuilder().add(Sphere{{0, 0, 0}, 1}).add(Sphere{{0, 0, 50}, 1}).add(Sphere{{9, 9, 9}, 1}).build();
   for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene, {row.kind});
+    AccelOptions options{row.kind};
+    options.leaf_size = 1;
+    const auto accel = make_accel(scene, options);
     ObjectMarks tested(3);
     EXPECT_EQ(tested.unmarked(), 3U);
     EXPECT_TRUE(accel->occluded({{0, 0, -5}, {0, 0, 1}, 0, 10}, {&tested}));
@@ -95,32 +97,32 @@ TEST(Structures, MarkTheObjectsThatAreTested) {
 TEST(Structures, MissWithRaysThatAreNone_Stress07_Stress09) {
   const float nan = std::nanf("");
   const auto scene = random_scene(3, 60);
-  for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene, {row.kind});
+  for (const AccelOptions& options : accel_choices()) {
+    const auto accel = make_accel(scene, options);
     for (const float bad : {nan, kInfinity, -kInfinity})
       for (int axis = 0; axis < 3; ++axis) {
         Ray ray{{0, 0, 0}, {1, 0.5F, 0.25F}};
         ray.origin[axis] = bad;
-        EXPECT_FALSE(accel->closest(ray) || accel->occluded(ray)) << row.name;
+        EXPECT_FALSE(accel->closest(ray) || accel->occluded(ray)) << describe(options);
         ray = {{0, 0, 0}, {1, 0.5F, 0.25F}};
         ray.direction[axis] = bad;
-        EXPECT_FALSE(accel->closest(ray) || accel->occluded(ray)) << row.name;
+        EXPECT_FALSE(accel->closest(ray) || accel->occluded(ray)) << describe(options);
       }
-    EXPECT_FALSE(accel->closest({{}, {}})) << row.name;
-    EXPECT_FALSE(accel->closest({{}, {1, 0, 0}, 0, nan})) << row.name;
-    EXPECT_FALSE(accel->closest({{}, {1, 0, 0}, 2, 1})) << row.name;
+    EXPECT_FALSE(accel->closest({{}, {}})) << describe(options);
+    EXPECT_FALSE(accel->closest({{}, {1, 0, 0}, 0, nan})) << describe(options);
+    EXPECT_FALSE(accel->closest({{}, {1, 0, 0}, 2, 1})) << describe(options);
   }
 }
 
 TEST(Structures, TakeTheIntervalAsOpen_Stress08) {
   const auto scene = SceneBuilder().add(Quad{{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}}}).build();
-  for (const AccelEntry& row : accel_table()) {
-    const auto accel = row.make(scene, {row.kind});
+  for (const AccelOptions& options : accel_choices()) {
+    const auto accel = make_accel(scene, options);
     const auto hits = [&](float lo, float hi) { return accel->closest({{0, 0, 2}, {0, 0, -1}, lo, hi}).has_value(); };
-    EXPECT_TRUE(hits(0, 3)) << row.name;
-    EXPECT_FALSE(hits(0, 2)) << row.name << ": t = t_max is outside";
-    EXPECT_FALSE(hits(2, 3)) << row.name << ": t = t_min is outside";
-    EXPECT_TRUE(hits(std::nextafter(2.0F, 0.0F), std::nextafter(2.0F, 3.0F))) << row.name;
+    EXPECT_TRUE(hits(0, 3)) << describe(options);
+    EXPECT_FALSE(hits(0, 2)) << describe(options) << ": t = t_max is outside";
+    EXPECT_FALSE(hits(2, 3)) << describe(options) << ": t = t_min is outside";
+    EXPECT_TRUE(hits(std::nextafter(2.0F, 0.0F), std::nextafter(2.0F, 3.0F))) << describe(options);
   }
 }
 

@@ -1,28 +1,29 @@
-#include "core/accel/box_tree.h"
+#include "core/accel/topology.h"
 
 #include <algorithm>
 #include <array>
 
 namespace tessera {
+namespace {
 
 /// Splits items top-down. Below `kSahDepth` a node is halved by count instead, so that coordinates made to defeat
 /// the heuristic cost at most 32 further levels.
-class BoxTreeBuilder {
+class Builder {
  public:
-  BoxTreeBuilder(BoxTree& tree, std::span<const Aabb> boxes) : tree_(tree), boxes_(boxes) {
+  Builder(Topology& tree, std::span<const Aabb> boxes, std::uint32_t leaf_size, LeafRule rule)
+      : tree_(tree), boxes_(boxes), leaf_size_(leaf_size), rule_(rule) {
     for (std::uint32_t i = 0; i < boxes.size(); ++i)
-      if (!boxes[i].empty()) tree_.items_.push_back(i);
-    if (tree_.items_.empty()) return;
-    tree_.nodes_.reserve(tree_.items_.size() * 2);
-    tree_.nodes_.emplace_back();
-    build(0, 0, static_cast<std::uint32_t>(tree_.items_.size()), 1);
-    tree_.nodes_.shrink_to_fit();
+      if (!boxes[i].empty()) tree_.items.push_back(i);
+    if (tree_.items.empty()) return;
+    tree_.nodes.reserve(tree_.items.size() * 2);
+    tree_.nodes.emplace_back();
+    build(0, 0, static_cast<std::uint32_t>(tree_.items.size()), 1);
+    tree_.nodes.shrink_to_fit();
   }
 
  private:
   static constexpr int kBins = 16;
   static constexpr int kSahDepth = 63;
-  static constexpr std::uint32_t kLargestLeaf = 8;
   /// A step down costs about as much as one triangle test, measured on the SPD scenes.
   static constexpr double kStepCost = 1.0;
 
@@ -44,22 +45,23 @@ class BoxTreeBuilder {
   static float bin_scale(float extent) { return kBins * (1 - 0x1p-20F) / extent; }
 
   void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end, std::uint32_t depth) {
-    tree_.depth_ = std::max(tree_.depth_, depth);
+    tree_.depth = std::max(tree_.depth, depth);
     Aabb box, centroids;
     for (std::uint32_t i = begin; i < end; ++i) {
-      box.extend(boxes_[tree_.items_[i]]);
-      centroids.extend(centroid(tree_.items_[i]));
+      box.extend(boxes_[tree_.items[i]]);
+      centroids.extend(centroid(tree_.items[i]));
     }
     const std::uint32_t count = end - begin;
-    const std::uint32_t middle = count == 1 ? end : split(begin, end, box, centroids, depth);
+    const bool is_leaf = count == 1 || (rule_ == LeafRule::fullest && count <= leaf_size_);
+    const std::uint32_t middle = is_leaf ? end : split(begin, end, box, centroids, depth);
     if (middle == end) {
-      tree_.nodes_[node] = {box, begin, count};
-      ++tree_.leaves_;
+      tree_.nodes[node] = {box, begin, count};
+      ++tree_.leaves;
       return;
     }
-    const auto children = static_cast<std::uint32_t>(tree_.nodes_.size());
-    tree_.nodes_.resize(children + 2);
-    tree_.nodes_[node] = {box, children, 0};
+    const auto children = static_cast<std::uint32_t>(tree_.nodes.size());
+    tree_.nodes.resize(children + 2);
+    tree_.nodes[node] = {box, children, 0};
     build(children, begin, middle, depth + 1);
     build(children + 1, middle, end, depth + 1);
   }
@@ -71,10 +73,10 @@ class BoxTreeBuilder {
     const Split best = depth < kSahDepth ? find_split(begin, end, centroids) : Split{};
     const double leaf_cost = count * half_area(box);
     const bool worthwhile = best.axis >= 0 && best.cost + kStepCost * half_area(box) < leaf_cost;
-    if (!worthwhile && count <= kLargestLeaf) return end;
+    if (!worthwhile && count <= leaf_size_ && rule_ == LeafRule::cheapest) return end;
     if (best.axis < 0) return begin + count / 2;
     const float lo = centroids.lo[best.axis], scale = bin_scale(centroids.hi[best.axis] - lo);
-    const auto first = tree_.items_.begin() + begin, last = tree_.items_.begin() + end;
+    const auto first = tree_.items.begin() + begin, last = tree_.items.begin() + end;
     const auto right = std::partition(
         first, last, [&](std::uint32_t item) { return bin_of(centroid(item)[best.axis], lo, scale) < best.bin; });
     return begin + static_cast<std::uint32_t>(right - first);
@@ -88,7 +90,7 @@ class BoxTreeBuilder {
       if (!(extent > 0) || !std::isfinite(scale)) continue;
       std::array<Bin, kBins> bins;
       for (std::uint32_t i = begin; i < end; ++i) {
-        const std::uint32_t item = tree_.items_[i];
+        const std::uint32_t item = tree_.items[i];
         Bin& bin = bins[static_cast<std::size_t>(bin_of(centroid(item)[axis], lo, scale))];
         bin.box.extend(boxes_[item]);
         ++bin.count;
@@ -112,14 +114,18 @@ class BoxTreeBuilder {
     return best;
   }
 
-  BoxTree& tree_;
+  Topology& tree_;
   std::span<const Aabb> boxes_;
+  std::uint32_t leaf_size_;
+  LeafRule rule_;
 };
 
-BoxTree::BoxTree(std::span<const Aabb> boxes) { BoxTreeBuilder(*this, boxes); }
+}  // namespace
 
-AccelStats BoxTree::stats() const {
-  return {nodes_.size() * sizeof(Node) + items_.size() * sizeof(std::uint32_t), nodes_.size(), leaves_, depth_};
+Topology make_topology(std::span<const Aabb> boxes, std::uint32_t leaf_size, LeafRule rule) {
+  Topology tree;
+  Builder(tree, boxes, leaf_size, rule);
+  return tree;
 }
 
 }  // namespace tessera

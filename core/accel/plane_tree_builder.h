@@ -1,0 +1,122 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/accel/cell_overlap.h"
+#include "core/accel/items.h"
+#include "core/accel/plane_tree.h"
+
+namespace tessera {
+
+/// What a chooser of planes sees of a node.
+template <typename Cell>
+struct CellItems {
+  const Cell& cell;
+  const std::vector<std::uint32_t>& items;
+  std::uint32_t depth;     ///< Of the node; the root's is 0.
+  std::uint32_t bad_cuts;  ///< Above it, that cost more than they saved by the chooser's own estimate.
+};
+
+/// A plane that a chooser took.
+template <typename Plane>
+struct Cut {
+  Plane plane;
+  bool is_bad = false;  ///< Worse than no cut, in the hope of better ones below.
+};
+
+/// Cuts cells until the chooser takes no plane. A chooser has
+///   `Plane`, `Cell` (with `Cell::box()` and `Cell::parts(plane)`), `root(box)`,
+///   `extent(item, plane)` {lo, hi} of an item relative to the plane's position,
+///   `choose(CellItems)`: a cut, or nothing to make a leaf.
+/// An item that straddles the plane goes to both sides, unless it can be shown not to touch one of them. An item that
+/// lies in the plane goes below it: cells are closed, and rays that pass within the pad visit both sides.
+template <typename Chooser>
+class PlaneTreeBuilder {
+ public:
+  using Plane = typename Chooser::Plane;
+  using Cell = typename Chooser::Cell;
+
+  PlaneTreeBuilder(const Items& items, Chooser chooser) : items_(items), chooser_(std::move(chooser)) {}
+
+  PlaneNodes<Plane> build() {
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t i = 0; i < items_.size(); ++i)
+      if (!items_.boxes()[i].empty()) {
+        all.push_back(i);
+        tree_.root.extend(items_.boxes()[i]);
+      }
+    if (all.empty()) return std::move(tree_);
+    most_entries_ = kMostEntriesPerItem * all.size() + 4096;
+    entries_ = all.size();
+    tree_.nodes.emplace_back();
+    node(0, chooser_.root(tree_.root), std::move(all), 0, 0);
+    tree_.nodes.shrink_to_fit();
+    return std::move(tree_);
+  }
+
+ private:
+  /// Entries in all leaves together stay below this many times the items: beyond it, straddlers are cut no more.
+  static constexpr std::uint64_t kMostEntriesPerItem = 12;
+
+  void node(std::uint32_t at, const Cell& cell, std::vector<std::uint32_t> items, std::uint32_t depth,
+            std::uint32_t bad_cuts) {
+    tree_.depth = std::max(tree_.depth, depth + 1);
+    const auto cut = depth + 2 < PlaneNodes<Plane>::kMostDepth && entries_ < most_entries_
+                         ? chooser_.choose({cell, items, depth, bad_cuts})
+                         : std::nullopt;
+    if (!cut) return leaf(at, items);
+    const auto [below, above] = cell.parts(cut->plane);
+    std::vector<std::uint32_t> lower, upper;
+    for (const std::uint32_t item : items) {
+      const auto extent = chooser_.extent(item, cut->plane);
+      const bool is_lower = extent.lo < 0 || extent.hi <= 0, is_upper = extent.hi > 0;
+      const bool straddles = is_lower && is_upper;
+      if (is_lower && (!straddles || touches(items_, item, below.box()))) lower.push_back(item);
+      if (is_upper && (!straddles || touches(items_, item, above.box()))) upper.push_back(item);
+    }
+    entries_ += lower.size() + upper.size() - items.size();
+    items = {};
+    const auto children = static_cast<std::uint32_t>(tree_.nodes.size());
+    tree_.nodes.resize(children + 2);
+    tree_.nodes[at] = {cut->plane, children};
+    bad_cuts += cut->is_bad ? 1 : 0;
+    node(children, below, std::move(lower), depth + 1, bad_cuts);
+    node(children + 1, above, std::move(upper), depth + 1, bad_cuts);
+  }
+
+  void leaf(std::uint32_t at, const std::vector<std::uint32_t>& items) {
+    tree_.nodes[at] = {{}, static_cast<std::uint32_t>(tree_.items.size()), static_cast<std::uint32_t>(items.size())};
+    tree_.items.insert(tree_.items.end(), items.begin(), items.end());
+    ++tree_.leaves;
+  }
+
+  const Items& items_;
+  Chooser chooser_;
+  PlaneNodes<Plane> tree_;
+  std::uint64_t entries_ = 0, most_entries_ = 0;
+};
+
+/// A box as a cell.
+struct BoxCell {
+  Aabb bounds;
+
+  const Aabb& box() const { return bounds; }
+  std::pair<BoxCell, BoxCell> parts(const AxisPlane& plane) const {
+    const int axis = static_cast<int>(plane.axis);
+    BoxCell below = *this, above = *this;
+    below.bounds.hi[axis] = above.bounds.lo[axis] = plane.position;
+    return {below, above};
+  }
+};
+
+/// How deep a tree over so many items goes when nobody says: Pharr, Jakob & Humphreys, PBRT 3rd ed., 4.4.
+inline std::uint32_t usual_depth(std::size_t items) {
+  return static_cast<std::uint32_t>(8 + 1.3 * std::log2(static_cast<double>(items) + 1));
+}
+
+}  // namespace tessera

@@ -1,0 +1,90 @@
+#include "core/accel/scene_items.h"
+
+#include <algorithm>
+
+#include "core/bounds/box_bound.h"
+#include "core/bounds/hull_bound.h"
+#include "core/geometry/shape_outline.h"
+
+namespace tessera {
+namespace {
+
+/// Points of all outlines together that the objects of a scene may be fitted by: 16 million take a second or two.
+/// Shapes with more points times instances are known by the corners of their boxes.
+constexpr std::size_t kMostPoints = 1 << 24;
+
+std::vector<Aabb> triangle_boxes(const TriangleMesh& mesh) {
+  std::vector<Aabb> boxes(mesh.triangles.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (const std::uint32_t corner : mesh.triangles[i]) boxes[i].extend(mesh.positions[corner]);
+  return boxes;
+}
+
+Outline corners(const Aabb& box) {
+  Outline outline;
+  if (box.empty()) return outline;
+  for (int i = 0; i < 8; ++i)
+    outline.points.push_back({i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z});
+  return outline;
+}
+
+/// The shape's outline with no more points than decide anything: those of its convex hull.
+Outline thinned_outline(const Shape& shape, std::size_t objects) {
+  Outline thinned = outline(shape);
+  HullBound().fit(thinned);
+  return thinned.points.size() * objects > kMostPoints ? corners(bounds(shape)) : thinned;
+}
+
+std::vector<Outline> shape_outlines(const Scene& scene, const AccelOptions& options) {
+  std::vector<Outline> outlines(scene.shapes.size());
+  if (options.kind == AccelKind::brute) return outlines;
+  std::vector<std::size_t> uses(scene.shapes.size(), 0);
+  for (const Object& object : scene.objects)
+    if (options.bound != BoundKind::box || object.placement) ++uses[object.shape];
+  for (std::size_t i = 0; i < outlines.size(); ++i) {
+    if (uses[i] == 0) continue;
+    outlines[i] = options.space == BoundSpace::object ? corners(bounds(scene.shapes[i]))
+                                                      : thinned_outline(scene.shapes[i], uses[i]);
+  }
+  return outlines;
+}
+
+std::vector<Aabb> object_boxes(const Scene& scene, const std::vector<Outline>& outlines) {
+  std::vector<Aabb> boxes;
+  boxes.reserve(scene.objects.size());
+  for (const Object& object : scene.objects) {
+    if (object.placement) {
+      Outline seen = world_outline(object, outlines[object.shape]);
+      boxes.push_back(BoxBound().fit(seen));
+    } else {
+      boxes.push_back(bounds(scene.shapes[object.shape]));
+    }
+  }
+  return boxes;
+}
+
+}  // namespace
+
+TriangleItems::TriangleItems(const TriangleMesh& mesh) : Items(triangle_boxes(mesh)), mesh_(mesh) {}
+
+void TriangleItems::outline(std::uint32_t item, Outline& out) const {
+  for (const std::uint32_t corner : mesh_.triangles[item]) out.points.push_back(mesh_.positions[corner]);
+}
+
+std::optional<std::array<Vec3, 3>> TriangleItems::triangle(std::uint32_t item) const {
+  const TriangleIndices& t = mesh_.triangles[item];
+  return {{mesh_.positions[t[0]], mesh_.positions[t[1]], mesh_.positions[t[2]]}};
+}
+
+ObjectItems::ObjectItems(const Scene& scene, const AccelOptions& options)
+    : ObjectItems(scene, shape_outlines(scene, options)) {}
+
+ObjectItems::ObjectItems(const Scene& scene, std::vector<Outline> outlines)
+    : Items(object_boxes(scene, outlines)), scene_(scene), outlines_(std::move(outlines)) {}
+
+void ObjectItems::outline(std::uint32_t item, Outline& out) const {
+  const Object& object = scene_.objects[item];
+  out.append(object.placement ? world_outline(object, outlines_[object.shape]) : outlines_[object.shape]);
+}
+
+}  // namespace tessera

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "proto/names.h"
+
 namespace tessera::proto {
 namespace {
 
@@ -70,9 +72,7 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
     return std::nullopt;
   }
   FileReference reference{fields.value(), {}, {}, {}, {}};
-  bool good =
-      !format_field || read<FileFormat>(format_field, reference.format,
-                                        {{"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}});
+  bool good = read(format_field, reference.format, file_format_names());
   std::optional<SourceFile> file;
   if (path) {
     if (read(path, reference.name, kLongestPath)) file = find_asset(reference.name, *path, files_);

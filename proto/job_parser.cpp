@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/names.h"
+#include "proto/read_accel.h"
 #include "proto/read_camera.h"
 #include "proto/scene_parser.h"
 
@@ -27,13 +29,6 @@ void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
   }
 }
 
-void read_accel(JsonCursor value, Settings& settings) {
-  JsonFields fields(value, "an accel");
-  read<AccelKind>(fields.required("kind"), settings.accel.kind,
-                  {{"auto", AccelKind::automatic}, {"brute", AccelKind::brute}, {"bvh", AccelKind::bvh}});
-  fields.refuse_unknown();
-}
-
 void read_tile_size(JsonCursor value, Settings& settings, const Limits& limits) {
   if (value.is_number()) {
     if (!read(value, settings.tile_size, 1, kLargestTile)) return;
@@ -56,11 +51,7 @@ void read_aovs(JsonCursor value, Settings& settings) {
   }
   for (const JsonCursor& element : value.elements()) {
     Aov aov{};
-    const bool known = read<Aov>(element, aov,
-                                 {{"depth", Aov::depth},
-                                  {"normal", Aov::normal},
-                                  {"primitive_id", Aov::primitive_id},
-                                  {"object_id", Aov::object_id}});
+    const bool known = read(element, aov, aov_names());
     if (known && !settings.aovs.insert(aov).second) element.error("Named twice; keep one.");
   }
 }
@@ -73,11 +64,11 @@ void read_settings(JsonCursor value, Settings& settings, const Limits& limits) {
   read(fields.optional("jitter"), settings.jitter);
   read(fields.optional("max_depth"), settings.max_depth, 1, kLargestDepth);
   read(fields.optional("seed"), settings.seed, 0, kLargest64);
-  if (const auto accel = fields.optional("accel")) read_accel(*accel, settings);
-  read<ScreenBounds>(fields.optional("screen_bounds"), settings.screen_bounds,
-                     {{"off", ScreenBounds::off}, {"flat", ScreenBounds::flat}});
+  if (const auto accel = fields.optional("accel")) read_accel(*accel, settings.accel);
+  read(fields.optional("screen_bounds"), settings.screen_bounds, screen_bounds_names());
   if (const auto tile_size = fields.optional("tile_size")) read_tile_size(*tile_size, settings, limits);
   if (const auto aovs = fields.optional("aovs")) read_aovs(*aovs, settings);
+  read(fields.optional("count_tests"), settings.count_tests);
   fields.refuse_unknown();
 
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;

@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "proto/choice.h"
 #include "proto/json_document.h"
 
 namespace tessera::proto {
@@ -128,25 +130,23 @@ bool read(std::optional<JsonCursor> value, std::uint32_t& out, std::uint32_t lo,
 /// A string of at most `longest` characters (Unicode code points).
 bool read(std::optional<JsonCursor> value, std::string& out, std::size_t longest);
 
-template <typename T>
-struct Choice {
-  std::string_view name;
-  T value;
-};
-
 /// The position in `names` of the string that stands there; `names.size()` and an error when it is none of them.
 std::size_t read_choice(JsonCursor value, const std::vector<std::string_view>& names);
 
 /// One of a few words.
 template <typename T>
-bool read(std::optional<JsonCursor> value, T& out, std::initializer_list<Choice<T>> choices) {
+bool read(std::optional<JsonCursor> value, T& out, std::span<const Choice<T>> choices) {
   if (!value) return true;
   std::vector<std::string_view> names;
   for (const Choice<T>& choice : choices) names.push_back(choice.name);
   const std::size_t chosen = read_choice(*value, names);
   if (chosen == names.size()) return false;
-  out = (choices.begin() + chosen)->value;
+  out = choices[chosen].value;
   return true;
+}
+template <typename T>
+bool read(std::optional<JsonCursor> value, T& out, std::initializer_list<Choice<T>> choices) {
+  return read(value, out, std::span<const Choice<T>>(choices.begin(), choices.size()));
 }
 
 }  // namespace tessera::proto

@@ -6,22 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "proto/names.h"
+
 namespace tessera::proto {
 namespace {
 
 constexpr std::size_t kChunk = 1 << 16;
-
-std::string_view format_name(FileFormat format) {
-  switch (format) {
-    case FileFormat::obj:
-      return "obj";
-    case FileFormat::ply:
-      return "ply";
-    case FileFormat::nff:
-      return "nff";
-  }
-  return "";
-}
 
 class CanonicalDump {
  public:
@@ -100,7 +90,7 @@ class CanonicalDump {
 
   void identity(const FileIdentity& file) {
     string(file.content);
-    string(format_name(file.format));
+    string(name_of(file_format_names(), file.format));
     for (const auto& [name, content] : file.companions) {
       string(name);
       string(content);

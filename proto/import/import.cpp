@@ -12,6 +12,7 @@
 #include "proto/import/ply.h"
 #include "proto/import/printable.h"
 #include "proto/import/read_file.h"
+#include "proto/names.h"
 
 namespace tessera::proto {
 namespace {
@@ -69,9 +70,8 @@ Result<Imported> import_file(const std::filesystem::path& path, FileFormat forma
 std::optional<FileFormat> format_of(std::string_view file_name) {
   std::string ending(file_name.substr(std::min(file_name.rfind('.'), file_name.size())));
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (ending == ".obj") return FileFormat::obj;
-  if (ending == ".ply") return FileFormat::ply;
-  if (ending == ".nff") return FileFormat::nff;
+  for (const auto& [name, format] : file_format_names())
+    if (ending == '.' + std::string(name)) return format;
   return std::nullopt;
 }
 

@@ -36,6 +36,7 @@ TEST(ParseJob, DefaultsAreThoseOfCore) {
   EXPECT_EQ(job.settings.screen_bounds, defaults.screen_bounds);
   EXPECT_EQ(job.settings.tile_size, defaults.tile_size);
   EXPECT_EQ(job.settings.aovs, defaults.aovs);
+  EXPECT_EQ(job.settings.count_tests, defaults.count_tests);
 }
 
 TEST(ParseJob, EverySetting) {
@@ -43,7 +44,7 @@ TEST(ParseJob, EverySetting) {
     "camera": {"type": "orthographic", "from": [0, 0, 1], "at": [0, 0, 0], "height": 3},
     "settings": {"samples": 16, "jitter": false, "max_depth": 9, "seed": 18446744073709551615,
                  "accel": {"kind": "brute"}, "screen_bounds": "off", "tile_size": 32,
-                 "aovs": ["object_id", "depth"]}})");
+                 "aovs": ["object_id", "depth"], "count_tests": true}})");
   EXPECT_EQ(job.name, "übung");
   EXPECT_EQ(std::get<OrthographicCamera>(job.camera.value()).height, 3);
   EXPECT_EQ(job.settings.width, 640U);
@@ -56,6 +57,7 @@ TEST(ParseJob, EverySetting) {
   EXPECT_EQ(job.settings.screen_bounds, ScreenBounds::off);
   EXPECT_EQ(job.settings.tile_size, 32U);
   EXPECT_EQ(job.settings.aovs, (std::set<Aov>{Aov::depth, Aov::object_id}));
+  EXPECT_TRUE(job.settings.count_tests);
 }
 
 TEST(ParseJob, WordsForStructureTilesAndAovs) {
@@ -65,10 +67,13 @@ TEST(ParseJob, WordsForStructureTilesAndAovs) {
   EXPECT_EQ(settings(R"("accel": {"kind": "auto"})").accel.kind, AccelKind::automatic);
   EXPECT_EQ(settings(R"("accel": {"kind": "bvh"})").accel.kind, AccelKind::bvh);
   EXPECT_EQ(settings(R"("screen_bounds": "flat")").screen_bounds, ScreenBounds::flat);
+  EXPECT_EQ(settings(R"("screen_bounds": "hierarchical")").screen_bounds, ScreenBounds::hierarchical);
   EXPECT_EQ(settings(R"("tile_size": "auto")").tile_size, kAdaptiveTiles);
   EXPECT_EQ(settings(R"("tile_size": "whole")").tile_size, 100U);
   EXPECT_EQ(settings(R"("tile_size": 1)").tile_size, 1U);
   EXPECT_EQ(settings(R"("aovs": ["normal", "primitive_id"])").aovs, (std::set<Aov>{Aov::normal, Aov::primitive_id}));
+  EXPECT_EQ(settings(R"("aovs": ["cost_primitives", "cost_volumes"])").aovs,
+            (std::set<Aov>{Aov::cost_volumes, Aov::cost_primitives}));
 }
 
 TEST(ParseJob, TheOrderOfKeysDoesNotMatter) {

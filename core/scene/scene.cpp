@@ -6,7 +6,10 @@
 namespace tessera {
 
 Aabb world_bounds(const Scene& scene, const Object& object) {
-  const Aabb local = bounds(scene.shapes[object.shape]);
+  return world_bounds(object, bounds(scene.shapes[object.shape]));
+}
+
+Aabb world_bounds(const Object& object, const Aabb& local) {
   if (!object.placement || local.empty()) return local;
   Vec3d lo{kInfinity, kInfinity, kInfinity}, hi = -lo;
   for (int corner = 0; corner < 8; ++corner) {
@@ -52,6 +55,15 @@ Outline world_outline(const Object& object, const Outline& local) {
     world.slack = std::max(world.slack, stretch * local.slack + rounding);
   }
   if (!world.points.empty()) world.slack += kUnitRoundoff * world_size + kDenormalStep;
+  return world;
+}
+
+std::vector<Aabb> world_bounds(const Scene& scene) {
+  std::vector<Aabb> local, world;
+  local.reserve(scene.shapes.size());
+  world.reserve(scene.objects.size());
+  for (const Shape& shape : scene.shapes) local.push_back(bounds(shape));
+  for (const Object& object : scene.objects) world.push_back(world_bounds(object, local[object.shape]));
   return world;
 }
 

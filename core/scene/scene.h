@@ -48,8 +48,14 @@ struct Scene {
 /// itself, not for that of rays (core/bounds/cull_ray.h does that per ray).
 Aabb world_bounds(const Scene& scene, const Object& object);
 
+/// The same for a part of the object that lies in the box `local` of the shape's own space.
+Aabb world_bounds(const Object& object, const Aabb& local);
+
 /// An outline in the shape's own space, carried to the world like the object. Padded like its box.
 Outline world_outline(const Object& object, const Outline& local);
+
+/// The boxes of all objects, each shape being looked through once however many instances it has.
+std::vector<Aabb> world_bounds(const Scene& scene);
 
 /// Bytes of heap that the scene holds, to a few percent.
 std::size_t memory_bytes(const Scene& scene);

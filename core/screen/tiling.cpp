@@ -2,20 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <optional>
 
+#include "core/screen/screen_parts.h"
 #include "core/screen/screen_rect.h"
+#include "core/screen/screen_tree.h"
 
 namespace tessera {
 namespace {
 
 using Ids = std::vector<std::uint32_t>;
 
-/// Cuts rectangles in two until each is a tile.
+/// Tiles of the adaptive cut that aren't empty: at most this many pixels on a side, and cut no further below that.
+constexpr std::int32_t kLargestSide = 64;
+constexpr std::int32_t kSmallestSide = 8;
+
+/// Cuts rectangles in two until each is a tile. What is in them is asked of `parts`; where that is null, of the areas
+/// of whole objects.
 class Cutter {
  public:
-  Cutter(const Scene& scene, std::span<const PixelRect> areas, const Settings& settings, Tiling& out)
-      : areas_(areas), settings_(settings), out_(out) {
+  Cutter(const Scene& scene, std::span<const PixelRect> areas, const ScreenTree* parts, const Settings& settings,
+         Tiling& out)
+      : areas_(areas), parts_(parts), settings_(settings), out_(out) {
     // A list of candidates pays as long as testing each one's box costs less than walking a tree over all objects.
     most_candidates_ = 2 + static_cast<std::size_t>(2 * std::log2(1.0 + static_cast<double>(scene.objects.size())));
   }
@@ -23,20 +31,20 @@ class Cutter {
   void cut(PixelRect rect, const Ids& ids) {
     if (is_tile(rect, ids)) return add(rect, ids);
     const auto [first, second] = halves(rect);
-    for (const PixelRect& half : {first, second}) {
-      Ids inside;
-      std::ranges::copy_if(ids, std::back_inserter(inside), [&](auto id) { return overlap(areas_[id], half); });
-      cut(half, inside);
-    }
+    for (const PixelRect& half : {first, second}) cut(half, objects_in(half, ids));
   }
 
  private:
-  /// Tiles of the adaptive cut that aren't empty: at most this many pixels on a side, and cut no further below that.
-  static constexpr std::int32_t kLargestSide = 64;
-  static constexpr std::int32_t kSmallestSide = 8;
-
   /// Candidates of all tiles together: 64 MiB of them. Tiles beyond search the whole structure.
   static constexpr std::size_t kMostListed = 1 << 24;
+
+  /// The objects among `ids` that project into `rect`; of too many candidates, not all.
+  Ids objects_in(PixelRect rect, const Ids& ids) const {
+    if (parts_) return parts_->objects_in(rect, most_candidates_);
+    Ids inside;
+    std::ranges::copy_if(ids, std::back_inserter(inside), [&](auto id) { return overlap(areas_[id], rect); });
+    return inside;
+  }
 
   bool is_tile(PixelRect rect, const Ids& ids) const {
     const std::int32_t side = std::max(rect.width(), rect.height());
@@ -49,6 +57,7 @@ class Cutter {
 
   /// Whether cutting on would free little of the tile.
   bool mostly_covered(PixelRect rect, const Ids& ids) const {
+    if (parts_) return parts_->covers_half(rect);
     PixelRect covered = intersect(rect, areas_[ids[0]]);
     for (const std::uint32_t id : ids) {
       const PixelRect area = intersect(rect, areas_[id]);
@@ -88,6 +97,7 @@ class Cutter {
   }
 
   std::span<const PixelRect> areas_;
+  const ScreenTree* parts_;
   const Settings& settings_;
   Tiling& out_;
   std::size_t most_candidates_;
@@ -99,19 +109,29 @@ Tiling make_tiling(const Scene& scene, const CameraRays& camera, const Settings&
   const PixelRect image{0, 0, static_cast<std::int32_t>(settings.width), static_cast<std::int32_t>(settings.height)};
   Tiling out;
   std::vector<PixelRect> areas;
+  std::optional<ScreenTree> parts;
   Ids on_screen;
   if (settings.screen_bounds == ScreenBounds::off) {
     out.objects_on_screen = scene.objects.size();
   } else {
     areas.reserve(scene.objects.size());
-    for (const Object& object : scene.objects) {
-      areas.push_back(screen_rect(world_bounds(scene, object), camera,
-                                  object.placement ? object.placement->error() : Transform::Error{}));
-      if (!areas.back().empty()) on_screen.push_back(static_cast<std::uint32_t>(areas.size() - 1));
+    const std::vector<Aabb> boxes = world_bounds(scene);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const auto& placement = scene.objects[i].placement;
+      areas.push_back(screen_rect(boxes[i], camera, placement ? placement->error() : Transform::Error{}));
+    }
+    if (settings.screen_bounds == ScreenBounds::hierarchical) {
+      std::vector<ScreenPart> seen = screen_parts(scene, camera, areas, kSmallestSide);
+      for (const ScreenPart& part : seen)  // an object's parts come together
+        if (on_screen.empty() || on_screen.back() != part.object) on_screen.push_back(part.object);
+      parts.emplace(std::move(seen));
+    } else {
+      for (std::uint32_t i = 0; i < areas.size(); ++i)
+        if (!areas[i].empty()) on_screen.push_back(i);
     }
     out.objects_on_screen = on_screen.size();
   }
-  Cutter(scene, areas, settings, out).cut(image, on_screen);
+  Cutter(scene, areas, parts ? &*parts : nullptr, settings, out).cut(image, on_screen);
   return out;
 }
 

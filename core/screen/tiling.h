@@ -37,8 +37,9 @@ struct Tiling {
   }
 };
 
-/// Cuts the image by the areas that the scene's objects project to. With a tile size set, tiles are squares of that
-/// size; otherwise the image is halved until a tile is empty, or cheap enough for its few candidates and pixels.
+/// Cuts the image by the areas that the scene's objects, or their parts (`ScreenBounds`), project to. With a tile size
+/// set, tiles are squares of that size; otherwise the image is halved until a tile is empty, or cheap enough for its
+/// few candidates and pixels.
 Tiling make_tiling(const Scene& scene, const CameraRays& camera, const Settings& settings);
 
 }  // namespace tessera

@@ -23,12 +23,23 @@ struct View {
   Camera camera;
 };
 
+/// A mesh and a skewed instance of it, fine enough to project in parts, with nothing around.
+std::shared_ptr<const Scene> meshes_scene() {
+  SceneBuilder b;
+  b.material(diffuse({0.7F, 0.6F, 0.5F}));
+  b.background({0.2F, 0.3F, 0.1F}).light(PointLight{{2, 3, 4}, {30, 30, 30}});
+  const auto ball = b.shape(icosphere(3));
+  b.place(ball).place(ball, 0, placed({0.4, 0.3, 0, 1.2, -0.2, 0.7, 0.1, 1.3, 0, 0, -0.3, 1}));
+  return b.build();
+}
+
 std::vector<View> views() {
   PerspectiveCamera inside{{{0.1F, 0.1F, 0.2F}, {0, 0, 5}, {0, 1, 0}}, 1.2F};
   return {{"mixed", mixed_scene(), mixed_camera()},
           {"mixed, parallel", mixed_scene(), orthographic_camera()},
           {"mixed, from inside the mirror", mixed_scene(), inside},
           {"sparse", sparse_scene(), mixed_camera()},
+          {"meshes", meshes_scene(), mixed_camera()},
           {"random", random_scene(7, 40), PerspectiveCamera{{{0, 0, 25}, {0, 0, 0}, {0, 1, 0}}, 0.9F}},
           {"empty", SceneBuilder().background({0.1F, 0.7F, 0.3F}).build(), mixed_camera()}};
 }
@@ -42,7 +53,7 @@ TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
     settings.tile_size = 66;
     const Image reference = render_image(view.scene, view.camera, settings);
     for (const AccelKind accel : {AccelKind::brute, AccelKind::bvh, AccelKind::automatic})
-      for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat})
+      for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat, ScreenBounds::hierarchical})
         for (const std::uint32_t size : sizes)
           for (const int threads : {1, 2, 3, 8}) {
             settings.accel.kind = accel;

@@ -19,7 +19,7 @@ TEST(Tiling, CoversEveryPixelOnce) {
   Settings settings;
   settings.width = 101;
   settings.height = 67;
-  for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat})
+  for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat, ScreenBounds::hierarchical})
     for (const std::uint32_t size : {kAdaptiveTiles, 1U, 7U, 64U, 200U}) {
       settings.tile_size = size;
       settings.screen_bounds = bounds;
@@ -77,6 +77,72 @@ TEST(Tiling, FollowsWhatIsInIt) {
   EXPECT_GT(empty, 512 * 512 * 3 / 4);
   EXPECT_LT(smallest * 16, largest);
   EXPECT_LT(cut.tiles.size(), 64U) << "emptiness isn't cut up";
+}
+
+TEST(Tiling, OfPartsListsNoMoreThanOfWholeObjects) {
+  const auto scene = mixed_scene();
+  Settings settings;
+  settings.width = settings.height = 128;
+  for (const std::uint32_t size : {1U, 4U}) {
+    settings.tile_size = size;
+    settings.screen_bounds = ScreenBounds::flat;
+    const Tiling flat = tiling(*scene, mixed_camera(), settings);
+    settings.screen_bounds = ScreenBounds::hierarchical;
+    const Tiling parts = tiling(*scene, mixed_camera(), settings);
+    ASSERT_EQ(flat.tiles.size(), parts.tiles.size());
+    std::size_t fewer = 0;
+    for (std::size_t i = 0; i < flat.tiles.size(); ++i) {
+      ASSERT_EQ(flat.tiles[i].rect, parts.tiles[i].rect);
+      ASSERT_NE(flat.tiles[i].first_level, FirstLevel::structure) << "or there is nothing to compare";
+      const auto whole = flat.candidates_of(flat.tiles[i]), listed = parts.candidates_of(parts.tiles[i]);
+      EXPECT_TRUE(std::ranges::includes(whole, listed));
+      fewer += whole.size() - listed.size();
+    }
+    EXPECT_GT(fewer, 0U) << "tiles beside the instances' silhouettes";
+  }
+}
+
+TEST(Tiling, FollowsTheSilhouetteOfAMesh) {
+  // A thin bar along the picture's diagonal: its rectangle is the picture, most of which it leaves free.
+  TriangleMesh bar;
+  for (int i = 0; i <= 2000; ++i) {
+    const float at = static_cast<float>(i) * 0.002F - 2;
+    bar.positions.push_back({at, at + 0.02F, 0});
+    bar.positions.push_back({at, at - 0.02F, 0});
+  }
+  for (std::uint32_t i = 0; i + 2 < bar.positions.size(); ++i) bar.triangles.push_back({i, i + 1, i + 2});
+  const auto scene = SceneBuilder().add(bar).build();
+  const Camera camera = OrthographicCamera{{{0, 0, 5}, {0, 0, 0}, {0, 1, 0}}, 4};
+  Settings settings;
+  const auto empty = [&](ScreenBounds bounds) {
+    settings.screen_bounds = bounds;
+    std::int64_t pixels = 0;
+    for (const Tile& tile : tiling(*scene, camera, settings).tiles)
+      if (tile.first_level == FirstLevel::nothing) pixels += tile.rect.area();
+    return pixels;
+  };
+  EXPECT_EQ(empty(ScreenBounds::flat), 0);
+  EXPECT_GT(empty(ScreenBounds::hierarchical), 512 * 512 * 4 / 5);
+}
+
+TEST(Tiling, CountsObjectsOfWhichNoPartIsSeen) {
+  // An L around the picture, in its rectangle but out of its sight.
+  TriangleMesh bars;
+  for (int i = 0; i < 400; ++i) {
+    const auto next = static_cast<std::uint32_t>(bars.positions.size());
+    const float at = static_cast<float>(i % 200) * 0.05F - 5;
+    const Vec3 p = i < 200 ? Vec3{at, -4.9F, 0} : Vec3{-4.9F, at, 0};
+    bars.positions.insert(bars.positions.end(), {p, p + Vec3{0.1F, 0, 0}, p + Vec3{0, 0.1F, 0}});
+    bars.triangles.push_back({next, next + 1, next + 2});
+  }
+  const auto scene = SceneBuilder().add(bars).build();
+  const Camera camera = OrthographicCamera{{{0, 0, 5}, {0, 0, 0}, {0, 1, 0}}, 4};
+  Settings settings;
+  EXPECT_EQ(tiling(*scene, camera, settings).objects_on_screen, 1U);
+  settings.screen_bounds = ScreenBounds::hierarchical;
+  const Tiling parts = tiling(*scene, camera, settings);
+  EXPECT_EQ(parts.objects_on_screen, 0U);
+  EXPECT_EQ(parts.tiles.size(), 1U);
 }
 
 TEST(Tiling, OfAnEmptySceneIsOneTileThatNeedsNothing) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <variant>
 
+#include "core/math/float_environment.h"
+
 namespace tessera {
 namespace {
 
@@ -64,6 +66,7 @@ bool needs_structure(const Plan& plan) {
 }
 
 Plan make_plan(const Scene& scene, const Camera& camera, const Settings& settings) {
+  const StrictFloats strict;
   Plan plan;
   plan.primitives = count_primitives(scene);
   choose_accel(plan, settings);

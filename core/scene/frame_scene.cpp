@@ -1,12 +1,14 @@
 #include "core/scene/frame_scene.h"
 
+#include "core/math/float_environment.h"
 #include "core/math/portable.h"
 
 namespace tessera {
 
 Camera frame_scene(const Scene& scene) {
+  const StrictFloats strict;
   Aabb box;
-  for (const Object& object : scene.objects) box.extend(world_bounds(scene, object));
+  for (const Aabb& object : world_bounds(scene)) box.extend(object);
   if (box.empty()) box = {{-0.5F, -0.5F, -0.5F}, {0.5F, 0.5F, 0.5F}};
 
   PerspectiveCamera camera;

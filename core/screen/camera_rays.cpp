@@ -1,5 +1,6 @@
 #include "core/screen/camera_rays.h"
 
+#include "core/math/float_environment.h"
 #include "core/math/portable.h"
 
 namespace tessera {
@@ -11,6 +12,7 @@ Vec3d unit(Vec3d v) { return v / max_component(abs(v)) / length(v / max_componen
 
 CameraRays::CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t height)
     : perspective_(std::holds_alternative<PerspectiveCamera>(camera)), width_(width), height_(height) {
+  const StrictFloats strict;
   const View& view = std::visit([](const auto& c) -> const View& { return c.view; }, camera);
   eye_ = view.from;
   forward_ = unit(to_double(view.at) - to_double(view.from));

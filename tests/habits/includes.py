@@ -30,7 +30,7 @@ LIBRARIES = {
     "proto": ["nlohmann/", "tiny_obj_loader.h"],
     "server": ["boost/", "nlohmann/", "spdlog/", "CLI/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
-    "tests": ["gtest/", "boost/", "nlohmann/", "OpenImageIO/"],
+    "tests": ["gtest/", "boost/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
 }
 
 # POSIX, for the parts that talk to the system.

@@ -1,0 +1,105 @@
+// Tiles that are stopped and taken up again, repeated, or rendered in any order by any threads.
+#include <algorithm>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/image.h"
+#include "tests/support/scenes.h"
+
+namespace tessera {
+namespace {
+
+/// A structure that requests a stop at its n-th question.
+class StopsAfter final : public Accel {
+ public:
+  StopsAfter(std::shared_ptr<const Accel> inner, int questions, std::stop_source stop)
+      : inner_(std::move(inner)), left_(questions), stop_(std::move(stop)) {}
+
+  std::optional<Hit> closest(const Ray& ray, TraceLog log) const override {
+    count();
+    return inner_->closest(ray, log);
+  }
+  std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
+                                   TraceLog log) const override {
+    count();
+    return inner_->closest_among(ray, objects, log);
+  }
+  bool occluded(const Ray& ray, TraceLog log) const override {
+    count();
+    return inner_->occluded(ray, log);
+  }
+  AccelStats stats() const override { return inner_->stats(); }
+
+ private:
+  void count() const {
+    if (--left_ == 0) stop_.request_stop();
+  }
+  std::shared_ptr<const Accel> inner_;
+  mutable std::atomic<int> left_;
+  mutable std::stop_source stop_;
+};
+
+RenderContext context_for(ScreenBounds bounds) {
+  const auto scene = mixed_scene();
+  Settings settings;
+  settings.width = settings.height = 40;
+  settings.samples = 2;
+  settings.tile_size = 13;
+  settings.screen_bounds = bounds;
+  settings.aovs = {Aov::depth, Aov::normal, Aov::primitive_id, Aov::object_id};
+  const Plan plan = make_plan(*scene, mixed_camera(), settings);
+  return {scene, make_accel(scene, plan.accel), settings, plan, CameraRays(mixed_camera(), 40, 40)};
+}
+
+std::vector<PixelRect> rects(const RenderContext& context) {
+  std::vector<PixelRect> out;
+  for (const Tile& tile : context.plan.tiling.tiles) out.push_back(tile.rect);
+  return out;
+}
+
+TEST(Tiles, StoppedMidwayAndRepeatedGiveTheSameBytes_Stress53) {
+  const RenderContext context = context_for(ScreenBounds::flat);
+  for (std::size_t tile = 0; tile < context.plan.tiling.tiles.size(); ++tile) {
+    const auto expected = render_tile(context, tile);
+    for (const int questions : {1, 2, 7, 100}) {
+      std::stop_source stop;
+      RenderContext stopping = context;
+      stopping.accel = std::make_shared<const StopsAfter>(context.accel, questions, stop);
+      const auto result = render_tile(stopping, tile, stop.get_token());
+      EXPECT_EQ(result.has_value(), !stop.stop_requested()) << "all of it or nothing";
+      const auto again = render_tile(context, tile);
+      EXPECT_TRUE(same_bytes(expected->pixels, again->pixels)) << "tile " << tile << " stopped after " << questions;
+      EXPECT_EQ(expected->rays, again->rays);
+    }
+  }
+}
+
+TEST(Tiles, InAnyOrderOnAnyThreadsGiveTheSameImage_Stress52_Stress53) {
+  for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat, ScreenBounds::hierarchical}) {
+    const RenderContext context = context_for(bounds);
+    const Pixels reference = render_image(context.scene, mixed_camera(), context.settings).pixels;
+    const std::size_t count = context.plan.tiling.tiles.size();
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+      Random random(seed);
+      for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.bits() % i]);
+      Film film(context.settings.width, context.settings.height, context.settings.aovs, rects(context));
+      std::vector<std::jthread> pool;
+      for (std::size_t t = 0; t < 3; ++t)
+        pool.emplace_back([&, t] {
+          for (std::size_t i = t; i < count; i += 3) {
+            if (i % 2 == 0) render_tile(context, order[i]);  // a first try whose result is lost
+            film.store(order[i], render_tile(context, order[i])->pixels);
+          }
+        });
+      pool.clear();
+      EXPECT_TRUE(same_bytes(reference, film.pixels()))
+          << "screen bounds " << static_cast<int>(bounds) << " order " << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera

@@ -4,6 +4,7 @@
 
 #include "core/integrator/spawn.h"
 #include "core/integrator/whitted.h"
+#include "core/math/float_environment.h"
 #include "core/sampling/pixel_samples.h"
 
 namespace tessera {
@@ -81,6 +82,7 @@ class TileRenderer {
 }  // namespace
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop) {
+  const StrictFloats strict;
   return TileRenderer(context, context.plan.tiling.tiles[index], std::move(stop)).run();
 }
 

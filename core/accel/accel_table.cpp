@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "core/accel/make.h"
+#include "core/math/float_environment.h"
 
 namespace tessera {
 namespace {
@@ -95,6 +96,7 @@ std::string describe(const AccelOptions& options) {
 }
 
 std::unique_ptr<const Accel> make_accel(std::shared_ptr<const Scene> scene, const AccelOptions& options) {
+  const StrictFloats strict;
   return find(options.kind)->make(std::move(scene), options);
 }
 

@@ -35,35 +35,49 @@ class BspChooser {
 
   std::optional<Cut<FreePlane>> choose(const CellItems<ConvexCell>& at) const {
     if (at.items.size() <= 1 || at.depth >= most_depth_) return std::nullopt;
-    Best best;
+    // Cutting the cell up to learn the parts' surfaces is what costs, so only the most promising planes come so far.
+    std::vector<Candidate> candidates;
     const bool is_large = at.items.size() > kManyItems;
-    for (std::size_t i = 0; i < (is_large ? 3 : directions_.size()); ++i) try_direction(at, directions_[i], best);
-    if (!is_large)
-      for (std::size_t i = 0; i < kOwnPlanes; ++i) {
-        const auto corners = items_.triangle(at.items[i * at.items.size() / kOwnPlanes]);
-        if (!corners) continue;
-        const Vec3d normal = cross(to_double((*corners)[1]) - to_double((*corners)[0]),
-                                   to_double((*corners)[2]) - to_double((*corners)[0]));
-        const double largest = max_component(abs(normal));
-        if (largest > 0) try_direction(at, to_float(normal / largest), best);
-      }
+    for (std::size_t i = 0; i < (is_large ? 3 : directions_.size()); ++i) add_candidate(at, directions_[i], candidates);
+    for (std::size_t i = 0; !is_large && i < kOwnPlanes; ++i)
+      if (const auto normal = own_normal(at.items[i * at.items.size() / kOwnPlanes]))
+        add_candidate(at, *normal, candidates);
+    const std::size_t few = std::min(kClosestLook, candidates.size());
+    std::ranges::partial_sort(candidates, candidates.begin() + static_cast<std::ptrdiff_t>(few), {}, &Candidate::cost);
+    candidates.resize(few);
+    for (Candidate& candidate : candidates) candidate.cost = cost_by_surface(at.cell, candidate);
+
+    const auto best = std::ranges::min_element(candidates, {}, &Candidate::cost);
+    if (best == candidates.end()) return std::nullopt;
     const auto leaf_cost = static_cast<double>(at.items.size());
-    const bool pays = best.cost < leaf_cost;
-    if (best.cost == kInfinity || (!pays && at.items.size() <= leaf_size_)) return std::nullopt;
-    if (!pays && (best.cost > 4 * leaf_cost || at.bad_cuts >= kMostBadCuts)) return std::nullopt;
-    return Cut<FreePlane>{best.plane, !pays};
+    const bool pays = best->cost < leaf_cost;
+    if (!pays && (at.items.size() <= leaf_size_ || best->cost > 4 * leaf_cost || at.bad_cuts >= kMostBadCuts))
+      return std::nullopt;
+    return Cut<FreePlane>{best->plane, !pays};
   }
 
  private:
   static constexpr std::size_t kManyItems = 512;
   static constexpr std::size_t kOwnPlanes = 4;
+  static constexpr std::size_t kClosestLook = 3;
   static constexpr std::size_t kBins = 16;
   static constexpr std::uint32_t kMostBadCuts = 3;
 
-  struct Best {
+  struct Candidate {
     FreePlane plane;
-    double cost = kInfinity;  ///< In tests of an item.
+    std::size_t below, above;  ///< Items.
+    double cost;               ///< In tests of an item; a guess at first.
   };
+
+  std::optional<Vec3> own_normal(std::uint32_t item) const {
+    const auto corners = items_.triangle(item);
+    if (!corners) return std::nullopt;
+    const auto& [a, b, c] = *corners;
+    const Vec3d normal = cross(to_double(b) - to_double(a), to_double(c) - to_double(a));
+    const double largest = max_component(abs(normal));
+    if (!(largest > 0)) return std::nullopt;
+    return to_float(normal / largest);
+  }
 
   /// Exact for triangles but for the rounding of a dot product in double; by the box for everything else.
   Extent extent_along(std::uint32_t item, Vec3 n) const {
@@ -82,8 +96,9 @@ class BspChooser {
     return e;
   }
 
-  /// The best of a direction's planes by a guess at the parts' surfaces; its cost by the surfaces themselves.
-  void try_direction(const CellItems<ConvexCell>& at, Vec3 normal, Best& best) const {
+  /// The best of a direction's planes, by a guess at the parts' surfaces: a quarter for the cut's own face, the rest by
+  /// how far along the cell it lies.
+  void add_candidate(const CellItems<ConvexCell>& at, Vec3 normal, std::vector<Candidate>& candidates) const {
     const auto [lo, hi] = at.cell.extent(normal);
     const double scale = kBins / (hi - lo);
     if (!(hi > lo) || !std::isfinite(scale)) return;
@@ -96,31 +111,28 @@ class BspChooser {
       ++begins[bin(e.lo)];
       ++ends[bin(e.hi)];
     }
-    double least = kInfinity;
-    std::size_t least_border = 0, below = 0, above = at.items.size(), least_below = 0, least_above = 0;
+    Candidate best{{normal, 0}, 0, 0, kInfinity};
+    std::size_t below = 0, above = at.items.size();
     for (std::size_t border = 1; border < kBins; ++border) {
       below += begins[border - 1];
       above -= ends[border - 1];
       const double share = static_cast<double>(border) / kBins;
-      const double guess =
+      const double cost =
           (0.25 + 0.75 * share) * static_cast<double>(below) + (1 - 0.75 * share) * static_cast<double>(above);
-      if (guess < least) {
-        least = guess;
-        least_border = border;
-        least_below = below;
-        least_above = above;
-      }
+      if (cost < best.cost)
+        best = {{normal, static_cast<float>(lo + static_cast<double>(border) / scale)}, below, above, cost};
     }
-    const FreePlane plane{normal, static_cast<float>(lo + static_cast<double>(least_border) / scale)};
-    if (!(lo < plane.offset && plane.offset < hi)) return;
-    const auto [lower, upper] = at.cell.parts(plane);
-    const double surface = at.cell.half_surface();
-    if (!(surface > 0)) return;
-    const double tests = (lower.half_surface() * static_cast<double>(least_below) +
-                          upper.half_surface() * static_cast<double>(least_above)) /
+    if (lo < best.plane.offset && best.plane.offset < hi) candidates.push_back(best);
+  }
+
+  static double cost_by_surface(const ConvexCell& cell, const Candidate& candidate) {
+    const auto [lower, upper] = cell.parts(candidate.plane);
+    const double surface = cell.half_surface();
+    if (!(surface > 0)) return kInfinity;
+    const double tests = (lower.half_surface() * static_cast<double>(candidate.below) +
+                          upper.half_surface() * static_cast<double>(candidate.above)) /
                          surface;
-    const double cost = kStepCost + (least_below == 0 || least_above == 0 ? kEmptyBonus : 1) * tests;
-    if (cost < best.cost) best = {plane, cost};
+    return kStepCost + (candidate.below == 0 || candidate.above == 0 ? kEmptyBonus : 1) * tests;
   }
 
   const Items& items_;

@@ -25,7 +25,7 @@ class OctreeChooser {
   }
 
   std::optional<Cut<AxisPlane>> choose(const CellItems<BoxCell>& at) const {
-    if (at.items.size() <= leaf_size_ || at.depth >= most_depth_) return std::nullopt;
+    if (at.items.size() <= leaf_size_ || at.depth >= most_depth_ || is_small(at)) return std::nullopt;
     for (std::uint32_t turn = 0; turn < 3; ++turn) {
       const std::uint32_t axis = (at.depth + turn) % 3;
       const float lo = at.cell.bounds.lo[static_cast<int>(axis)], hi = at.cell.bounds.hi[static_cast<int>(axis)];
@@ -37,6 +37,14 @@ class OctreeChooser {
 
  private:
   static constexpr std::uint32_t kMostLevels = 20;
+
+  /// Whether the cell is so much smaller than each of its items that smaller ones would hardly tell them apart: where
+  /// many triangles share a corner, they never would.
+  bool is_small(const CellItems<BoxCell>& at) const {
+    const float side = max_component(at.cell.bounds.diagonal());
+    return std::ranges::all_of(
+        at.items, [&](std::uint32_t item) { return max_component(items_.boxes()[item].diagonal()) > 4 * side; });
+  }
 
   /// Whether any item lies on one side alone.
   bool parts_some(const std::vector<std::uint32_t>& items, const AxisPlane& plane) const {

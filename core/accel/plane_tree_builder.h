@@ -51,24 +51,22 @@ class PlaneTreeBuilder {
         tree_.root.extend(items_.boxes()[i]);
       }
     if (all.empty()) return std::move(tree_);
-    most_entries_ = kMostEntriesPerItem * all.size() + 4096;
-    entries_ = all.size();
     tree_.nodes.emplace_back();
-    node(0, chooser_.root(tree_.root), std::move(all), 0, 0);
+    const double room = kMostEntriesPerItem * static_cast<double>(all.size());
+    node(0, chooser_.root(tree_.root), std::move(all), room, 0, 0);
     tree_.nodes.shrink_to_fit();
     return std::move(tree_);
   }
 
  private:
-  /// Entries in all leaves together stay below this many times the items: beyond it, straddlers are cut no more.
-  static constexpr std::uint64_t kMostEntriesPerItem = 12;
+  /// Entries in all leaves together stay below this many times the items; each part gets its share of the room.
+  static constexpr double kMostEntriesPerItem = 12;
 
-  void node(std::uint32_t at, const Cell& cell, std::vector<std::uint32_t> items, std::uint32_t depth,
+  void node(std::uint32_t at, const Cell& cell, std::vector<std::uint32_t> items, double room, std::uint32_t depth,
             std::uint32_t bad_cuts) {
     tree_.depth = std::max(tree_.depth, depth + 1);
-    const auto cut = depth + 2 < PlaneNodes<Plane>::kMostDepth && entries_ < most_entries_
-                         ? chooser_.choose({cell, items, depth, bad_cuts})
-                         : std::nullopt;
+    const auto cut =
+        depth + 2 < PlaneNodes<Plane>::kMostDepth ? chooser_.choose({cell, items, depth, bad_cuts}) : std::nullopt;
     if (!cut) return leaf(at, items);
     const auto [below, above] = cell.parts(cut->plane);
     std::vector<std::uint32_t> lower, upper;
@@ -79,14 +77,16 @@ class PlaneTreeBuilder {
       if (is_lower && (!straddles || touches(items_, item, below.box()))) lower.push_back(item);
       if (is_upper && (!straddles || touches(items_, item, above.box()))) upper.push_back(item);
     }
-    entries_ += lower.size() + upper.size() - items.size();
+    const auto entries = static_cast<double>(lower.size() + upper.size());
+    if (entries > room) return leaf(at, items);
+    const double lower_room = room * static_cast<double>(lower.size()) / entries, upper_room = room - lower_room;
     items = {};
     const auto children = static_cast<std::uint32_t>(tree_.nodes.size());
     tree_.nodes.resize(children + 2);
     tree_.nodes[at] = {cut->plane, children};
     bad_cuts += cut->is_bad ? 1 : 0;
-    node(children, below, std::move(lower), depth + 1, bad_cuts);
-    node(children + 1, above, std::move(upper), depth + 1, bad_cuts);
+    node(children, below, std::move(lower), lower_room, depth + 1, bad_cuts);
+    node(children + 1, above, std::move(upper), upper_room, depth + 1, bad_cuts);
   }
 
   void leaf(std::uint32_t at, const std::vector<std::uint32_t>& items) {
@@ -98,7 +98,6 @@ class PlaneTreeBuilder {
   const Items& items_;
   Chooser chooser_;
   PlaneNodes<Plane> tree_;
-  std::uint64_t entries_ = 0, most_entries_ = 0;
 };
 
 /// A box as a cell.

@@ -5,6 +5,7 @@
 #include "core/scene/scene.h"
 #include "tests/property/bound_cases.h"
 #include "tests/property/quadric_cases.h"
+#include "tests/property/quadric_surface.h"
 
 namespace tessera {
 namespace {
@@ -35,6 +36,67 @@ TYPED_TEST(Bounds, FitContainsEveryPoint_Stress36_Stress37) {
       ASSERT_LE(TypeParam::outside(bound, volume, widen(p)), 0) << "seed " << seed;
       ASSERT_TRUE(bound.contains(volume, p)) << "seed " << seed;
     }
+  }
+}
+
+/// Stretched by up to 1e3 on each axis, turned, mirrored, moved.
+Transform make_placement(Random& random) {
+  for (;;) {
+    const Vec3d x = random.direction(), y = cross(x, random.direction()), z = cross(x, y);
+    const Vec3d sx = random.magnitude(-1.5, 1.5) * x, sy = random.magnitude(-1.5, 1.5) * y,
+                sz = random.magnitude(-1.5, 1.5) * z;
+    const Vec3d at = random.magnitude(-2, 4) * random.in_cube();
+    const Vec3d u = random.in_cube(), v = random.in_cube(), w = random.in_cube();
+    const auto row = [&](int i) { return sx[i] * u + sy[i] * v + sz[i] * w; };
+    const Vec3d a = row(0), b = row(1), c = row(2);
+    if (const auto made = Transform::from_rows({a.x, a.y, a.z, at.x, b.x, b.y, b.z, at.y, c.x, c.y, c.z, at.z}))
+      return *made;
+  }
+}
+
+/// Where the placement carries a point, exactly but for 2^-63.
+Vec3w placed(const Transform& placement, Vec3w p) {
+  const auto& m = placement.rows();
+  const auto row = [&](int i) { return m[i] * p.x + m[i + 1] * p.y + m[i + 2] * p.z + m[i + 3]; };
+  return {row(0), row(4), row(8)};
+}
+
+/// The surface where it is, and where an instance places it.
+template <typename Kind, typename Primitive>
+void expect_surface_inside(int seed) {
+  Random random(seed);
+  const auto bound = Kind::make(random);
+  const auto primitive = make<Primitive>(random);
+  const Object object{0, 0, make_placement(random)};
+  Outline local = outline(Shape(primitive)), world = world_outline(object, local);
+  const auto around_local = bound.fit(local), around_world = bound.fit(world);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3w p = point_on(primitive, random);
+    ASSERT_LE(Kind::outside(bound, around_local, p), 0) << "seed " << seed;
+    ASSERT_LE(Kind::outside(bound, around_world, placed(*object.placement, p)), 0) << "seed " << seed;
+  }
+}
+
+TYPED_TEST(Bounds, FitContainsEverySurface) {
+  for (int seed = 0; seed < this->kSets / 4; ++seed) {
+    expect_surface_inside<TypeParam, Sphere>(seed);
+    expect_surface_inside<TypeParam, Cone>(seed);
+    expect_surface_inside<TypeParam, Cylinder>(seed);
+    expect_surface_inside<TypeParam, Disk>(seed);
+    if (this->HasFatalFailure()) return;
+  }
+}
+
+TYPED_TEST(Bounds, FitContainsAnInstanceOfEveryPoint) {
+  for (int seed = 0; seed < this->kSets / 10; ++seed) {
+    Random random(seed);
+    const auto bound = TypeParam::make(random);
+    const auto points = make_points(random);
+    const Object object{0, 0, make_placement(random)};
+    Outline world = world_outline(object, outline_of(points));
+    const auto volume = bound.fit(world);
+    for (const Vec3 p : points)
+      ASSERT_LE(TypeParam::outside(bound, volume, placed(*object.placement, widen(p))), 0) << "seed " << seed;
   }
 }
 
@@ -175,21 +237,6 @@ TYPED_TEST(Bounds, ClipLosesNoHitOnAQuadric) {
     expect_no_hit_lost<TypeParam, Cone>(seed);
     expect_no_hit_lost<TypeParam, Cylinder>(seed);
     expect_no_hit_lost<TypeParam, Disk>(seed);
-  }
-}
-
-/// Stretched by up to 1e3 on each axis, turned, mirrored, moved.
-Transform make_placement(Random& random) {
-  for (;;) {
-    const Vec3d x = random.direction(), y = cross(x, random.direction()), z = cross(x, y);
-    const Vec3d sx = random.magnitude(-1.5, 1.5) * x, sy = random.magnitude(-1.5, 1.5) * y,
-                sz = random.magnitude(-1.5, 1.5) * z;
-    const Vec3d at = random.magnitude(-2, 4) * random.in_cube();
-    const Vec3d u = random.in_cube(), v = random.in_cube(), w = random.in_cube();
-    const auto row = [&](int i) { return sx[i] * u + sy[i] * v + sz[i] * w; };
-    const Vec3d a = row(0), b = row(1), c = row(2);
-    if (const auto made = Transform::from_rows({a.x, a.y, a.z, at.x, b.x, b.y, b.z, at.y, c.x, c.y, c.z, at.z}))
-      return *made;
   }
 }
 

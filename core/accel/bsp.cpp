@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 /// What crossing a plane of any direction costs against testing an item.
-constexpr double kStepCost = 0.4;
+constexpr double kStepCost = 1;
 constexpr double kEmptyBonus = 0.8;
 
 /// Takes the plane of the least surface area cost among many directions (Ize, Wald & Parker 2008): in large nodes the

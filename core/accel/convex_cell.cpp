@@ -43,8 +43,13 @@ std::pair<ConvexCell, ConvexCell> ConvexCell::parts(const FreePlane& plane) cons
   const Vec3d n = to_double(plane.normal);
   ConvexCell below, above;
   std::vector<Vec3d> cut;
+  below.faces_.reserve(faces_.size() + 1);
+  above.faces_.reserve(faces_.size() + 1);
+  cut.reserve(2 * faces_.size());
   for (const Polygon& face : faces_) {
     Polygon lower, upper;
+    lower.reserve(face.size() + 1);
+    upper.reserve(face.size() + 1);
     for (std::size_t i = 0; i < face.size(); ++i) {
       const Vec3d a = face[i], b = face[(i + 1) % face.size()];
       const double da = dot(n, a) - plane.offset, db = dot(n, b) - plane.offset;

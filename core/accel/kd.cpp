@@ -7,7 +7,7 @@ namespace tessera {
 namespace {
 
 /// What visiting a node costs against testing an item, measured on the SPD scenes.
-constexpr double kStepCost = 0.3;
+constexpr double kStepCost = 1;
 /// A cut that leaves one side empty is worth this much less than its estimate.
 constexpr double kEmptyBonus = 0.8;
 

@@ -33,13 +33,18 @@ std::optional<double> eta(const JobView& job, JobTimes::Clock::time_point now) {
 
 }  // namespace
 
-void Progress::add_tile(const RayCounts& rays, std::uint64_t samples) {
+void Progress::add_tile(const RayCounts& rays, const TestCounts& tests, std::uint64_t samples) {
   camera_ += rays.camera;
   camera_hits_ += rays.camera_hits;
   reflection_ += rays.reflection;
   refraction_ += rays.refraction;
   shadow_ += rays.shadow;
   camera_skipped_ += rays.camera_skipped;
+  volume_tests_ += tests.volume_tests;
+  volume_hits_ += tests.volume_hits;
+  object_tests_ += tests.object_tests;
+  object_hits_ += tests.object_hits;
+  false_hits_ += tests.false_hits;
   samples_ += samples;
   tiles_.fetch_add(1, std::memory_order_release);
 }
@@ -55,10 +60,21 @@ RayCounts Progress::rays() const {
   return counts;
 }
 
+TestCounts Progress::tests() const {
+  TestCounts counts;
+  counts.volume_tests = volume_tests_;
+  counts.volume_hits = volume_hits_;
+  counts.object_tests = object_tests_;
+  counts.object_hits = object_hits_;
+  counts.false_hits = false_hits_;
+  return counts;
+}
+
 PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings) {
   PlanReport report{};
   report.accel = plan.accel;
   report.accel_because = plan.accel_because;
+  report.candidates = plan.candidates;
   report.needs_structure = needs_structure(plan);
   report.tiles = plan.tiling.tiles.size();
   report.smallest_tile = report.tiles == 0 ? 0 : samples_of(settings);

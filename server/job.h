@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/accel/object_marks.h"
+#include "core/accel/test_counts.h"
 #include "core/film/film.h"
 #include "core/integrator/ray_counts.h"
 #include "core/plan/plan.h"
@@ -23,22 +24,25 @@ namespace tessera::server {
 /// What render threads add to while a job runs, and everyone may read.
 class Progress {
  public:
-  void add_tile(const RayCounts& rays, std::uint64_t samples);
+  void add_tile(const RayCounts& rays, const TestCounts& tests, std::uint64_t samples);
 
   /// Exact once the job is completed; while it runs, the figures may be of different moments.
   RayCounts rays() const;
+  TestCounts tests() const;
   std::uint64_t tiles() const { return tiles_.load(std::memory_order_acquire); }
   std::uint64_t samples() const { return samples_; }
 
  private:
   std::atomic<std::uint64_t> camera_{0}, camera_hits_{0}, reflection_{0}, refraction_{0}, shadow_{0};
   std::atomic<std::uint64_t> camera_skipped_{0}, samples_{0}, tiles_{0};
+  std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
 };
 
 /// What a plan came to: kept when the plan itself, with its tiles, is gone.
 struct PlanReport {
   AccelOptions accel;
   std::string accel_because;
+  std::vector<AccelEstimate> candidates;
   bool needs_structure;
   std::uint64_t tiles, tiles_empty, tiles_with_candidates;
   std::uint64_t smallest_tile, largest_tile;  ///< In pixels.

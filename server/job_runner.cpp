@@ -85,7 +85,8 @@ void JobRunner::render_one_tile(Run& run, std::size_t index) {
   const auto tile = render_tile(*run.context, index, run.job.stop);
   if (!tile) return;
   run.film->store(index, tile->pixels);
-  run.job.progress->add_tile(tile->rays, static_cast<std::uint64_t>(tile->pixels.rect.area()) * run.settings.samples);
+  run.job.progress->add_tile(tile->rays, tile->tests,
+                             static_cast<std::uint64_t>(tile->pixels.rect.area()) * run.settings.samples);
   if (--run.tiles_left == 0) jobs_.complete(run.job.id);
 }
 

@@ -22,6 +22,8 @@ void copy_rect(const Pixels& from, PixelRect rect, Pixels& to) {
   copy_plane(from, &Pixels::normal, rect, to);
   copy_plane(from, &Pixels::primitive_id, rect, to);
   copy_plane(from, &Pixels::object_id, rect, to);
+  copy_plane(from, &Pixels::cost_volumes, rect, to);
+  copy_plane(from, &Pixels::cost_primitives, rect, to);
 }
 
 }  // namespace
@@ -33,6 +35,8 @@ Pixels::Pixels(PixelRect where, const std::set<Aov>& aovs) : rect(where) {
   if (aovs.contains(Aov::normal)) normal.resize(count);
   if (aovs.contains(Aov::primitive_id)) primitive_id.assign(count, kNoId);
   if (aovs.contains(Aov::object_id)) object_id.assign(count, kNoId);
+  if (aovs.contains(Aov::cost_volumes)) cost_volumes.resize(count);
+  if (aovs.contains(Aov::cost_primitives)) cost_primitives.resize(count);
 }
 
 Film::Film(std::uint32_t width, std::uint32_t height, const std::set<Aov>& aovs, std::vector<PixelRect> tiles)

@@ -26,6 +26,8 @@ struct Pixels {
   std::vector<Vec3> normal;  ///< World space, unit, shading normal; zero for the background.
   std::vector<std::uint32_t> primitive_id;
   std::vector<std::uint32_t> object_id;
+  std::vector<float> cost_volumes;     ///< Tests of volumes for the pixel, the mean of its samples; 0 where none.
+  std::vector<float> cost_primitives;  ///< Likewise of primitives.
 
   Pixels(PixelRect where, const std::set<Aov>& aovs);
   std::size_t index(std::int32_t x, std::int32_t y) const {

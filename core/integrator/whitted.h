@@ -19,8 +19,8 @@ class Whitted {
  public:
   /// `log` is told what is tested. Once `stop` is requested no further ray is traced, and what
   /// comes back means nothing.
-  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts,
-          TraceLog log = {}, std::stop_token stop = {})
+  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log = {},
+          std::stop_token stop = {})
       : scene_(scene), accel_(accel), max_depth_(max_depth), counts_(counts), log_(log), stop_(std::move(stop)) {}
 
   /// Radiance that arrives along `ray` (W/(sr m²)), given what it hits; `depth` counts the rays of the chain, the

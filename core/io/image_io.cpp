@@ -7,6 +7,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "core/io/heat_color.h"
 #include "core/math/portable.h"
 
 namespace tessera {
@@ -31,6 +32,10 @@ std::array<std::uint8_t, 3> id_color(std::uint32_t id) {
   id ^= id >> 16;
   return {static_cast<std::uint8_t>(64 + id % 192), static_cast<std::uint8_t>(64 + (id >> 8) % 192),
           static_cast<std::uint8_t>(64 + (id >> 16) % 192)};
+}
+
+const std::vector<float>& costs(const Pixels& p, Plane plane) {
+  return plane == Plane::cost_volumes ? p.cost_volumes : p.cost_primitives;
 }
 
 /// 8-bit RGB of a plane, for people to look at.
@@ -63,6 +68,16 @@ std::vector<std::uint8_t> display_rgb(const Pixels& p, Plane plane) {
         add(c[0], c[1], c[2]);
       }
       break;
+    case Plane::cost_volumes:
+    case Plane::cost_primitives: {
+      const std::vector<float>& cost = costs(p, plane);
+      const double most = std::max(double{*std::ranges::max_element(cost)}, 1e-30);
+      for (const float v : cost) {
+        const auto c = heat_color(v / most);
+        add(c[0], c[1], c[2]);
+      }
+      break;
+    }
     case Plane::all:
       break;
   }
@@ -146,6 +161,10 @@ bool has(const Pixels& p, Plane plane) {
       return !p.primitive_id.empty();
     case Plane::object_id:
       return !p.object_id.empty();
+    case Plane::cost_volumes:
+      return !p.cost_volumes.empty();
+    case Plane::cost_primitives:
+      return !p.cost_primitives.empty();
   }
   return false;
 }
@@ -178,6 +197,8 @@ std::optional<Bytes> encode_exr(const Pixels& p, Plane plane, const std::vector<
   if (wanted(Plane::normal)) channels.add({"N.X", "N.Y", "N.Z"}, OIIO::TypeDesc::FLOAT, p.normal);
   if (wanted(Plane::primitive_id)) channels.add({"primitiveId"}, OIIO::TypeDesc::UINT, p.primitive_id);
   if (wanted(Plane::object_id)) channels.add({"objectId"}, OIIO::TypeDesc::UINT, p.object_id);
+  if (wanted(Plane::cost_volumes)) channels.add({"cost.volumes"}, OIIO::TypeDesc::FLOAT, p.cost_volumes);
+  if (wanted(Plane::cost_primitives)) channels.add({"cost.primitives"}, OIIO::TypeDesc::FLOAT, p.cost_primitives);
   OIIO::ImageSpec spec = channels.spec(p.rect.width(), p.rect.height());
   spec.attribute("compression", "zip");
   spec.attribute("DateTime", "1970:01:01 00:00:00");  // else OpenImageIO writes the time: equal pixels, equal bytes
@@ -186,10 +207,28 @@ std::optional<Bytes> encode_exr(const Pixels& p, Plane plane, const std::vector<
 }
 
 std::optional<Bytes> encode_hdr(const Pixels& p, Plane plane) {
-  if (plane != Plane::color && plane != Plane::normal) return std::nullopt;
-  const OIIO::ImageSpec spec(p.rect.width(), p.rect.height(), 3, OIIO::TypeDesc::FLOAT);
-  const void* data = plane == Plane::color ? static_cast<const void*>(p.color.data()) : p.normal.data();
-  return write("image.hdr", spec, OIIO::TypeDesc::FLOAT, data);
+  const auto write_rgb = [&](const void* data) {
+    const OIIO::ImageSpec spec(p.rect.width(), p.rect.height(), 3, OIIO::TypeDesc::FLOAT);
+    return write("image.hdr", spec, OIIO::TypeDesc::FLOAT, data);
+  };
+  switch (plane) {
+    case Plane::color:
+      return write_rgb(p.color.data());
+    case Plane::normal:
+      return write_rgb(p.normal.data());
+    case Plane::cost_volumes:
+    case Plane::cost_primitives: {
+      std::vector<Rgb> grey;
+      for (const float v : costs(p, plane)) grey.push_back({v, v, v});
+      return write_rgb(grey.data());
+    }
+    case Plane::depth:
+    case Plane::primitive_id:
+    case Plane::object_id:
+    case Plane::all:
+      break;
+  }
+  return std::nullopt;
 }
 
 }  // namespace

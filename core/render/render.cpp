@@ -14,7 +14,11 @@ namespace {
 class TileRenderer {
  public:
   TileRenderer(const RenderContext& context, const Tile& tile, std::stop_token stop)
-      : context_(context), tile_(tile), stop_(std::move(stop)), result_{Pixels(tile.rect, context.settings.aovs), {}} {}
+      : context_(context),
+        tile_(tile),
+        stop_(std::move(stop)),
+        result_{Pixels(tile.rect, context.settings.aovs), {}, {}},
+        log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {}
 
   std::optional<TileResult> run() {
     for (std::int32_t y = tile_.rect.y0; y < tile_.rect.y1; ++y)
@@ -28,13 +32,16 @@ class TileRenderer {
   /// when told to stop.
   bool pixel(std::int32_t x, std::int32_t y) {
     const std::uint32_t samples = context_.settings.samples;
+    const TestCounts before = result_.tests;
     Rgb sum;
     for (std::uint32_t i = 0; i < samples; ++i) {
       sum = sum + sample(x, y, i);
       if (stop_.stop_requested()) return false;  // also when it was cut short by that
     }
     const auto n = static_cast<float>(samples);
-    result_.pixels.color[result_.pixels.index(x, y)] = {sum.r / n, sum.g / n, sum.b / n};
+    const std::size_t index = result_.pixels.index(x, y);
+    result_.pixels.color[index] = {sum.r / n, sum.g / n, sum.b / n};
+    record_costs(index, before);
     return true;
   }
 
@@ -51,16 +58,13 @@ class TileRenderer {
     ++result_.rays.camera;
     if (hit) ++result_.rays.camera_hits;
     if (hit && index == 0) record_aovs(result_.pixels.index(x, y), ray, *hit);
-    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays, TraceLog{context_.tested.get()},
-                   stop_)
-        .radiance(ray, hit);
+    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays, log_, stop_).radiance(ray, hit);
   }
 
   std::optional<Hit> first_hit(const Ray& ray) const {
     if (tile_.first_level == FirstLevel::candidates)
-      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_),
-                                           TraceLog{context_.tested.get()});
-    return context_.accel->closest(ray, TraceLog{context_.tested.get()});
+      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_), log_);
+    return context_.accel->closest(ray, log_);
   }
 
   void record_aovs(std::size_t pixel, const Ray& ray, const Hit& hit) {
@@ -73,13 +77,29 @@ class TileRenderer {
           to_float(world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t).shading_normal);
   }
 
+  /// What the pixel's rays have cost since the counts were `before`.
+  void record_costs(std::size_t pixel, const TestCounts& before) {
+    const auto mean = [&](std::uint64_t TestCounts::*count) {
+      return static_cast<float>(static_cast<double>(result_.tests.*count - before.*count) / context_.settings.samples);
+    };
+    Pixels& out = result_.pixels;
+    if (!out.cost_volumes.empty()) out.cost_volumes[pixel] = mean(&TestCounts::volume_tests);
+    if (!out.cost_primitives.empty()) out.cost_primitives[pixel] = mean(&TestCounts::object_tests);
+  }
+
   const RenderContext& context_;
   const Tile& tile_;
   std::stop_token stop_;
   TileResult result_;
+  TraceLog log_;
 };
 
 }  // namespace
+
+bool counts_tests(const Settings& settings) {
+  return settings.count_tests || settings.aovs.contains(Aov::cost_volumes) ||
+         settings.aovs.contains(Aov::cost_primitives);
+}
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop) {
   const StrictFloats strict;

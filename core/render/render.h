@@ -28,7 +28,12 @@ struct RenderContext {
 struct TileResult {
   Pixels pixels;
   RayCounts rays;
+  TestCounts tests;  ///< Of all those rays; zeros unless `counts_tests(settings)`.
 };
+
+/// Whether tests are counted: because the settings say so, or a cost plane wants them. Otherwise counting costs
+/// nothing.
+bool counts_tests(const Settings& settings);
 
 /// Renders tile `index` of the plan: a pure function of its arguments, safe to call from any thread. Nothing when
 /// `stop` was requested before it was done (looked at before every sample and every mirrored or refracted ray).

@@ -48,7 +48,8 @@ inline bool same_bytes(const Pixels& a, const Pixels& b) {
     return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
   };
   return same(a.color, b.color) && same(a.depth, b.depth) && same(a.normal, b.normal) &&
-         same(a.primitive_id, b.primitive_id) && same(a.object_id, b.object_id);
+         same(a.primitive_id, b.primitive_id) && same(a.object_id, b.object_id) &&
+         same(a.cost_volumes, b.cost_volumes) && same(a.cost_primitives, b.cost_primitives);
 }
 
 }  // namespace tessera

@@ -184,13 +184,14 @@ TEST(JobStatus, TellsProgressAndWhatIsLeft) {
   EXPECT_EQ(status_of(job, now).eta, std::nullopt);
   RayCounts rays;
   rays.camera = 20;
-  admitted->progress->add_tile(rays, 25);
+  admitted->progress->add_tile(rays, {5, 4, 3, 2, 1}, 25);
   const proto::JobStatus status = status_of(job, now);
   EXPECT_EQ(status.tiles_done, 1U);
   EXPECT_EQ(status.tiles_total, 4U);
   EXPECT_EQ(status.samples_done, 25U);
   EXPECT_EQ(status.samples_total, 100U);
   EXPECT_DOUBLE_EQ(status.eta.value(), 9);
+  EXPECT_EQ(job.progress->tests(), (TestCounts{5, 4, 3, 2, 1}));
   EXPECT_EQ(status.created.size(), std::string("2024-01-01T00:00:00.000Z").size());
 }
 

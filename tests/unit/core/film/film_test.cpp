@@ -6,12 +6,14 @@ namespace tessera {
 namespace {
 
 TEST(Film, TakesTilesInAnyOrderAndShowsWhatIsThere) {
-  const std::set<Aov> aovs{Aov::depth, Aov::object_id};
+  const std::set<Aov> aovs{Aov::depth, Aov::object_id, Aov::cost_volumes, Aov::cost_primitives};
   const PixelRect left{0, 0, 2, 3}, right{2, 0, 5, 3};
   Film film(5, 3, aovs, {left, right});
   Pixels tile(right, aovs);
   tile.color[tile.index(4, 2)] = {1, 2, 3};
   tile.depth[tile.index(2, 0)] = 7;
+  tile.cost_volumes[tile.index(3, 1)] = 2.5F;
+  tile.cost_primitives[tile.index(3, 1)] = 1.5F;
   film.store(1, tile);
   EXPECT_EQ(film.tiles_stored(), 1U);
   EXPECT_FALSE(film.complete());
@@ -22,6 +24,9 @@ TEST(Film, TakesTilesInAnyOrderAndShowsWhatIsThere) {
   EXPECT_EQ(part.depth[part.index(2, 0)], 7);
   EXPECT_EQ(part.depth[part.index(0, 0)], kInfinity);
   EXPECT_EQ(part.object_id[part.index(0, 0)], kNoId);
+  EXPECT_EQ(part.cost_volumes[part.index(3, 1)], 2.5F);
+  EXPECT_EQ(part.cost_primitives[part.index(3, 1)], 1.5F);
+  EXPECT_EQ(part.cost_volumes[part.index(0, 0)], 0);
   EXPECT_EQ(done, (std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1}));
   EXPECT_TRUE(part.normal.empty()) << "not asked for";
 
@@ -32,6 +37,7 @@ TEST(Film, TakesTilesInAnyOrderAndShowsWhatIsThere) {
 
 TEST(Film, TellsItsSizeBeforehand) {
   EXPECT_EQ(Film::memory_bytes(10, 10, {}), 1200U);
+  EXPECT_EQ(Film::memory_bytes(10, 10, {Aov::cost_volumes, Aov::cost_primitives}), 2000U);
   EXPECT_EQ(Film::memory_bytes(1 << 20, 1 << 20, {Aov::normal, Aov::depth}), (1ULL << 40) * 28);
 }
 

@@ -1,5 +1,6 @@
 #include "core/io/image_io.h"
 
+#include <array>
 #include <cstring>
 #include <map>
 
@@ -7,10 +8,13 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include "core/io/heat_color.h"
+
 namespace tessera {
 namespace {
 
-const std::set<Aov> kAll{Aov::depth, Aov::normal, Aov::primitive_id, Aov::object_id};
+const std::set<Aov> kAll{Aov::depth,     Aov::normal,       Aov::primitive_id,
+                         Aov::object_id, Aov::cost_volumes, Aov::cost_primitives};
 
 Pixels sample() {
   Pixels p({0, 0, 2, 1}, kAll);
@@ -19,6 +23,8 @@ Pixels sample() {
   p.normal = {{0, 0, 1}, {0, 0, 0}};
   p.primitive_id = {0xFFFFFFFE, kNoId};
   p.object_id = {3, kNoId};
+  p.cost_volumes = {40, 10};
+  p.cost_primitives = {0, 0.5F};
   return p;
 }
 
@@ -70,9 +76,9 @@ TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {
   const auto file = encode(sample(), Plane::all, ImageFormat::exr);
   ASSERT_TRUE(file);
   const Decoded image = decode(*file, "x.exr");
-  ASSERT_EQ(image.spec.nchannels, 9);
+  ASSERT_EQ(image.spec.nchannels, 11);
   std::map<std::string, std::size_t> offsets;
-  for (std::size_t c = 0, offset = 0; c < 9; ++c) {
+  for (std::size_t c = 0, offset = 0; c < 11; ++c) {
     offsets[image.spec.channelnames[c]] = offset;
     offset += image.spec.channelformat(static_cast<int>(c)).size();
   }
@@ -85,6 +91,8 @@ TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {
   EXPECT_EQ(image.value<float>(offsets.at("N.Z")), 1.0F);
   EXPECT_EQ(image.value<std::uint32_t>(offsets.at("primitiveId")), 0xFFFFFFFE);
   EXPECT_EQ(image.value<std::uint32_t>(offsets.at("objectId")), 3U);
+  EXPECT_EQ(image.value<float>(offsets.at("cost.volumes")), 40.0F);
+  EXPECT_EQ(image.value<float>(offsets.at("cost.primitives")), 0.0F);
 }
 
 TEST(ImageIo, ExrSaysNothingOfTheTimeItWasWritten) {
@@ -95,16 +103,40 @@ TEST(ImageIo, ExrSaysNothingOfTheTimeItWasWritten) {
 
 TEST(ImageIo, EncodesEveryPlaneThatAFormatCanHold) {
   const Pixels p = sample();
-  for (const Plane plane : {Plane::color, Plane::depth, Plane::normal, Plane::primitive_id, Plane::object_id}) {
+  for (const Plane plane : {Plane::color, Plane::depth, Plane::normal, Plane::primitive_id, Plane::object_id,
+                            Plane::cost_volumes, Plane::cost_primitives}) {
     EXPECT_TRUE(encode(p, plane, ImageFormat::png));
     EXPECT_TRUE(encode(p, plane, ImageFormat::jpeg));
     EXPECT_TRUE(encode(p, plane, ImageFormat::exr));
   }
   EXPECT_TRUE(encode(p, Plane::color, ImageFormat::hdr));
   EXPECT_TRUE(encode(p, Plane::normal, ImageFormat::hdr));
+  EXPECT_TRUE(encode(p, Plane::cost_volumes, ImageFormat::hdr));
+  EXPECT_TRUE(encode(p, Plane::cost_primitives, ImageFormat::hdr));
   EXPECT_FALSE(encode(p, Plane::depth, ImageFormat::hdr));
   EXPECT_FALSE(encode(p, Plane::all, ImageFormat::png));
   EXPECT_FALSE(encode(Pixels({0, 0, 1, 1}, {}), Plane::depth, ImageFormat::png)) << "not recorded";
+}
+
+TEST(ImageIo, CostsAreAHeatMapUpToTheGreatest) {
+  const auto pixel = [](const Pixels& p, std::size_t i) {
+    const auto bytes = decode(*encode(p, Plane::cost_volumes, ImageFormat::png), "x.png").bytes();
+    return std::array<std::uint8_t, 3>{bytes.at(i * 3), bytes.at(i * 3 + 1), bytes.at(i * 3 + 2)};
+  };
+  EXPECT_EQ(pixel(sample(), 0), heat_color(1));
+  EXPECT_EQ(pixel(sample(), 1), heat_color(0.25));
+  Pixels nothing = sample();
+  nothing.cost_volumes = {0, 0};
+  EXPECT_EQ(pixel(nothing, 0), heat_color(0)) << "no cost is black, even where it is the greatest";
+}
+
+TEST(ImageIo, HdrHoldsCostsAsGrey) {
+  const Decoded image = decode(*encode(sample(), Plane::cost_volumes, ImageFormat::hdr), "x.hdr");
+  ASSERT_EQ(image.spec.nchannels, 3);
+  for (const std::size_t channel : {0, 1, 2}) {
+    EXPECT_NEAR(image.value<float>(channel * 4), 40, 0.4);
+    EXPECT_NEAR(image.value<float>(12 + channel * 4), 10, 0.1);
+  }
 }
 
 TEST(ImageIo, HdrKeepsRadianceToAPercent) {

@@ -49,6 +49,81 @@ TEST(Render, AveragesSamples) {
   EXPECT_EQ(p.color[p.index(9, 8)].r, 0);
 }
 
+/// Answers as `inner` does, and says that a closest hit took 3 volumes and 2 primitives, an occlusion test
+/// 10 and 5.
+class Counting final : public Accel {
+ public:
+  explicit Counting(std::unique_ptr<const Accel> inner) : inner_(std::move(inner)) {}
+
+  std::optional<Hit> closest(const Ray& ray, TraceLog log) const override {
+    count(log, {3, 2, 2, 1, 1});
+    return inner_->closest(ray);
+  }
+  std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
+                                   TraceLog log) const override {
+    count(log, {3, 2, 2, 1, 1});
+    return inner_->closest_among(ray, objects);
+  }
+  bool occluded(const Ray& ray, TraceLog log) const override {
+    count(log, {10, 9, 5, 1, 4});
+    return inner_->occluded(ray);
+  }
+  AccelStats stats() const override { return {}; }
+
+ private:
+  static void count(TraceLog log, const TestCounts& tests) {
+    if (log.counts) *log.counts += tests;
+  }
+  std::unique_ptr<const Accel> inner_;
+};
+
+/// A lit quad over the left half of the image: a camera ray and a shadow ray where it is, a camera ray elsewhere.
+TileResult counted(Settings settings) {
+  SceneBuilder b;
+  b.material(diffuse({1, 1, 1}));
+  b.light(DirectionalLight{-UnitVec3::y(), {1, 1, 1}});
+  const auto scene = b.add(Quad{{{{-9, 0, 9}, {0, 0, 9}, {0, 0, -9}, {-9, 0, -9}}}}).build();
+  settings.tile_size = 16;
+  settings.samples = 4;
+  settings.screen_bounds = ScreenBounds::off;
+  const Plan plan = make_plan(*scene, kAbove, settings);
+  const RenderContext context{scene, std::make_shared<const Counting>(make_accel(scene, plan.accel)), settings, plan,
+                              CameraRays(kAbove, 16, 16)};
+  return *render_tile(context, 0);
+}
+
+TEST(Render, CostsAreAllTestsOfAPixelsRaysPerSample) {
+  Settings settings = small();
+  settings.aovs = {Aov::cost_volumes, Aov::cost_primitives};
+  const TileResult tile = counted(settings);
+  const Pixels& p = tile.pixels;
+  EXPECT_EQ(p.cost_volumes[p.index(3, 5)], 3 + 10) << "the camera's ray and the shadow ray";
+  EXPECT_EQ(p.cost_primitives[p.index(3, 5)], 2 + 5);
+  EXPECT_EQ(p.cost_volumes[p.index(12, 5)], 3);
+  EXPECT_EQ(p.cost_primitives[p.index(12, 5)], 2);
+  const std::uint64_t camera = 16 * 16 * 4, shadow = 8 * 16 * 4;
+  EXPECT_EQ(tile.tests, (TestCounts{camera * 3 + shadow * 10, camera * 2 + shadow * 9, camera * 2 + shadow * 5,
+                                    camera + shadow, camera + shadow * 4}));
+}
+
+TEST(Render, CountsOnlyWhenAsked) {
+  Settings settings = small();
+  EXPECT_FALSE(counts_tests(settings));
+  EXPECT_EQ(counted(settings).tests, TestCounts());
+  settings.count_tests = true;
+  EXPECT_GT(counted(settings).tests.volume_tests, 0U);
+  EXPECT_TRUE(counted(settings).pixels.cost_volumes.empty());
+}
+
+TEST(Render, BackgroundThatIsKnownCostsNothing) {
+  Settings settings = small();
+  settings.aovs = {Aov::cost_volumes, Aov::cost_primitives};
+  settings.tile_size = 4;
+  const Pixels p = render_image(SceneBuilder().add(Sphere{{1, 0, 1}, 0.25F}).build(), kAbove, settings).pixels;
+  EXPECT_EQ(p.cost_volumes[p.index(1, 1)], 0);
+  EXPECT_EQ(p.cost_primitives[p.index(1, 1)], 0);
+}
+
 TEST(Render, StopsWhenTold_Stress53) {
   const auto scene = mixed_scene();
   Plan plan = make_plan(*scene, mixed_camera(), small());

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "proto/names.h"
 #include "server/media_type.h"
 #include "server/query_errors.h"
 
@@ -25,10 +26,18 @@ std::span<const FormatEntry> format_table() {
 
 std::span<const PlaneEntry> plane_table() {
   using enum ImageFormat;
+  const auto row = [](Plane plane, Aov aov, std::set<ImageFormat> formats) {
+    return PlaneEntry{plane, aov, name_of(proto::aov_names(), aov), std::move(formats)};
+  };
   static const std::vector<PlaneEntry> table = {
-      {Plane::color, "", {png, jpeg, exr, hdr}},         {Plane::depth, "depth", {png, jpeg, exr}},
-      {Plane::normal, "normal", {png, jpeg, exr, hdr}},  {Plane::primitive_id, "primitive_id", {png, jpeg, exr}},
-      {Plane::object_id, "object_id", {png, jpeg, exr}}, {Plane::all, "all", {exr}},
+      {Plane::color, std::nullopt, "", {png, jpeg, exr, hdr}},
+      row(Plane::depth, Aov::depth, {png, jpeg, exr}),
+      row(Plane::normal, Aov::normal, {png, jpeg, exr, hdr}),
+      row(Plane::primitive_id, Aov::primitive_id, {png, jpeg, exr}),
+      row(Plane::object_id, Aov::object_id, {png, jpeg, exr}),
+      row(Plane::cost_volumes, Aov::cost_volumes, {png, jpeg, exr, hdr}),
+      row(Plane::cost_primitives, Aov::cost_primitives, {png, jpeg, exr, hdr}),
+      {Plane::all, std::nullopt, "all", {exr}},
   };
   return table;
 }
@@ -41,23 +50,6 @@ std::string names_of(std::span<const Entry> table) {
   for (const Entry& entry : table)
     if (!entry.name.empty()) text += (text.empty() ? "" : ", ") + std::string(entry.name);
   return text;
-}
-
-bool is_recorded(Plane plane, const std::set<Aov>& recorded) {
-  switch (plane) {
-    case Plane::depth:
-      return recorded.contains(Aov::depth);
-    case Plane::normal:
-      return recorded.contains(Aov::normal);
-    case Plane::primitive_id:
-      return recorded.contains(Aov::primitive_id);
-    case Plane::object_id:
-      return recorded.contains(Aov::object_id);
-    case Plane::color:
-    case Plane::all:
-      return true;
-  }
-  return false;
 }
 
 /// Nothing, with an error, when the value means nothing.
@@ -112,7 +104,7 @@ Result<ImageChoice> choose_image(const Request& request, const std::set<Aov>& re
   const auto plane = read_plane(request, errors);
   check_format(request, errors);
   if (!errors.empty()) return std::move(errors).as_problem();
-  if (!is_recorded(plane->plane, recorded))
+  if (plane->aov && !recorded.contains(*plane->aov))
     return Problem{
         ProblemCode::not_found,
         "The job didn't record " + std::string(plane->name) + "; ask for it in /settings/aovs when you submit it.",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <span>
 #include <string_view>
@@ -23,7 +24,8 @@ std::span<const FormatEntry> format_table();
 /// A value of `?aov=`, and the formats that can hold it.
 struct PlaneEntry {
   Plane plane;
-  std::string_view name;  ///< Empty for the colour, which is what comes without the parameter.
+  std::optional<Aov> aov;  ///< That a job has to record for it; none for the colour and for `all`.
+  std::string_view name;   ///< Empty for the colour, which is what comes without the parameter.
   std::set<ImageFormat> formats;
 };
 std::span<const PlaneEntry> plane_table();

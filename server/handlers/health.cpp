@@ -2,7 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/accel/accel_table.h"
+#include "proto/names.h"
+#include "server/accel_json.h"
 #include "server/config.h"
 #include "server/documents.h"
 #include "server/handlers/handlers.h"
@@ -18,13 +19,6 @@ Response document(std::string_view text, std::string_view media_type) {
   return {200, {{"Content-Type", std::string(media_type)}}, std::string(text)};
 }
 
-json accel_json() {
-  json list = json::array();
-  list.push_back({{"kind", accel_name(AccelKind::automatic)}, {"summary", "the plan picks one of the others"}});
-  for (const AccelEntry& entry : accel_table()) list.push_back({{"kind", entry.name}, {"summary", entry.summary}});
-  return list;
-}
-
 json formats_json() {
   json list = json::array();
   for (const FormatEntry& entry : format_table())
@@ -32,10 +26,10 @@ json formats_json() {
   return list;
 }
 
-json aovs_json() {
+template <typename T>
+json names_json(std::span<const proto::Choice<T>> choices) {
   json list = json::array();
-  for (const PlaneEntry& entry : plane_table())
-    if (entry.plane != Plane::color && entry.plane != Plane::all) list.push_back(entry.name);
+  for (const proto::Choice<T>& choice : choices) list.push_back(choice.name);
   return list;
 }
 
@@ -55,11 +49,11 @@ Response show_version(Services&, Request&) {
 
 Response show_capabilities(Services& services, Request&) {
   const Config& config = services.config;
-  return json_response(200, {{"accel", accel_json()},
-                             {"screen_bounds", {"off", "flat"}},
-                             {"aovs", aovs_json()},
+  return json_response(200, {{"accel", accel_capabilities_json()},
+                             {"screen_bounds", names_json(proto::screen_bounds_names())},
+                             {"aovs", names_json(proto::aov_names())},
                              {"image_formats", formats_json()},
-                             {"file_formats", {"obj", "ply", "nff"}},
+                             {"file_formats", names_json(proto::file_format_names())},
                              {"asset_root", config.asset_root.has_value()},
                              {"threads", services.runner.threads()},
                              {"limits",

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/accel/accel_table.h"
+#include "core/render/render.h"
+#include "server/accel_json.h"
 #include "server/handlers/handlers.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
@@ -21,6 +23,17 @@ bool is_built(const PlanReport& plan) {
   return plan.needs_structure && row->builds;
 }
 
+json candidates_json(const PlanReport& plan) {
+  json list = json::array();
+  for (const AccelEstimate& estimate : plan.candidates)
+    list.push_back({{"kind", accel_name(estimate.options.kind)},
+                    {"options", accel_options_json(estimate.options)},
+                    {"build_seconds", estimate.build_seconds},
+                    {"trace_seconds", estimate.trace_seconds},
+                    {"total_seconds", estimate.build_seconds + estimate.trace_seconds}});
+  return list;
+}
+
 json plan_json(const JobView& job) {
   const PlanReport& plan = *job.plan;
   const Settings& settings = job.order->settings;
@@ -30,7 +43,12 @@ json plan_json(const JobView& job) {
   return {
       {"ready", true},
       {"image", {{"width", settings.width}, {"height", settings.height}, {"samples", settings.samples}}},
-      {"accel", {{"kind", accel_name(plan.accel.kind)}, {"because", plan.accel_because}, {"is_built", is_built(plan)}}},
+      {"accel",
+       {{"kind", accel_name(plan.accel.kind)},
+        {"options", accel_options_json(plan.accel)},
+        {"because", plan.accel_because},
+        {"is_built", is_built(plan)}}},
+      {"candidates", candidates_json(plan)},
       {"tiles",
        {{"count", plan.tiles},
         {"empty", plan.tiles_empty},
@@ -47,9 +65,33 @@ json plan_json(const JobView& job) {
 
 json structure_json(const std::optional<StructureUse>& use) {
   if (!use) return nullptr;
-  return {{"kind", accel_name(use->options.kind)}, {"build_seconds", use->build_seconds}, {"bytes", use->stats.bytes},
-          {"nodes", use->stats.nodes},     {"leaves", use->stats.leaves},         {"depth", use->stats.depth},
+  return {{"kind", accel_name(use->options.kind)},
+          {"options", accel_options_json(use->options)},
+          {"build_seconds", use->build_seconds},
+          {"bytes", use->stats.bytes},
+          {"nodes", use->stats.nodes},
+          {"leaves", use->stats.leaves},
+          {"depth", use->stats.depth},
           {"shared", use->shared}};
+}
+
+/// `part` by `whole`; nothing where there is no whole.
+json ratio(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? json(nullptr) : json(static_cast<double>(part) / static_cast<double>(whole));
+}
+
+json tests_json(const JobView& job, std::uint64_t rays) {
+  if (!counts_tests(job.order->settings)) return nullptr;
+  const TestCounts tests = job.progress->tests();
+  return {{"rays", rays},
+          {"volume_tests", tests.volume_tests},
+          {"volume_hits", tests.volume_hits},
+          {"object_tests", tests.object_tests},
+          {"object_hits", tests.object_hits},
+          {"false_hits", tests.false_hits},
+          {"per_ray",
+           {{"volume_tests", ratio(tests.volume_tests, rays)}, {"object_tests", ratio(tests.object_tests, rays)}}},
+          {"false_hit_rate", ratio(tests.false_hits, tests.volume_hits)}};
 }
 
 double seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -81,6 +123,7 @@ json stats_json(const JobView& job, unsigned threads) {
         {"refraction", rays.refraction},
         {"shadow", rays.shadow},
         {"total", rays.traced()}}},
+      {"tests", tests_json(job, rays.traced())},
       {"skipped",
        {{"tiles", job.plan ? job.plan->tiles_empty : 0},
         {"camera_rays", rays.camera_skipped},

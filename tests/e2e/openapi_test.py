@@ -137,6 +137,12 @@ class OpenApiTest(unittest.TestCase):
             plan = self.ask(daemon, 200, "get", "/v1/jobs/{id}/plan", id=done).json()
             self.assertEqual(plan.keys(), self.document["components"]["schemas"]["Plan"]["properties"].keys())
             self.assertIs(plan["ready"], True)
+            slabs = {"kind": "bvh", "bound": "slabs", "normals": [[1, 2, 3]]}
+            counted = {**SMALL_JOB, "settings": {"accel": slabs, "count_tests": True}}
+            counted = self.ask(daemon, 201, "post", "/v1/jobs", counted).json()["id"]
+            self.assertEqual(daemon.wait_ended(counted)["state"], "completed")
+            for path in ("/plan", "/stats"):
+                self.ask(daemon, 200, "get", f"/v1/jobs/{{id}}{path}", id=counted)
             self.ask(daemon, 404, "get", "/v1/jobs/{id}/image", query="?aov=depth", id=done)
             self.ask(daemon, 406, "get", "/v1/jobs/{id}/image", headers={"Accept": "text/html"}, id=done)
             for media_type in ("image/png", "image/jpeg", "image/x-exr", "image/vnd.radiance"):

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "core/accel/accel_table.h"
 #include "proto/wire/job_status.h"
 #include "proto/wire/problem.h"
 #include "server/documents.h"
@@ -34,6 +35,14 @@ TEST(OpenApi, ListsTheStatesThatThereAre) {
   for (int i = 0; i <= static_cast<int>(proto::JobState::canceled); ++i)
     names.emplace(proto::name(static_cast<proto::JobState>(i)));
   EXPECT_EQ(document()["components"]["schemas"]["JobState"]["enum"].get<Names>(), names);
+}
+
+TEST(OpenApi, ListsTheOptionsOfStructures) {
+  Names options, listed;
+  for (const AccelOptionEntry& option : accel_option_table()) options.emplace(option.name);
+  const nlohmann::json api = document();
+  for (const auto& [name, _] : api["components"]["schemas"]["AccelOptions"]["properties"].items()) listed.insert(name);
+  EXPECT_EQ(listed, options);
 }
 
 TEST(OpenApi, ListsTheImagesThatThereAre) {

@@ -128,4 +128,10 @@ json Client::stats(const std::string& id) const {
   return parse(call({.method = "GET", .target = job_path(id) + "/stats"}), "statistics");
 }
 
+json Client::capabilities() const {
+  json answer = parse(call({.method = "GET", .target = "/v1/capabilities"}), "list of capabilities");
+  if (!answer.is_object()) throw not_understood("list of capabilities");
+  return answer;
+}
+
 }  // namespace tessera::client

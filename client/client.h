@@ -49,6 +49,9 @@ class Client {
   nlohmann::json plan(const std::string& id) const;
   nlohmann::json stats(const std::string& id) const;
 
+  /// What the server can do.
+  nlohmann::json capabilities() const;
+
  private:
   /// The answer's body when its status is a success; the server's problem, thrown, otherwise.
   std::string call(HttpRequest request) const;

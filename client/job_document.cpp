@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/accel_argument.h"
 #include "client/failure.h"
 #include "client/scene_files.h"
 
@@ -83,10 +84,11 @@ void apply_settings(const JobOptions& options, json& settings) {
   if (options.samples) settings["samples"] = *options.samples;
   if (options.max_depth) settings["max_depth"] = *options.max_depth;
   if (options.seed) settings["seed"] = *options.seed;
-  if (options.accel) settings["accel"] = {{"kind", *options.accel}};
+  if (options.accel) settings["accel"] = parse_accel(*options.accel).value();
   if (options.screen_bounds) settings["screen_bounds"] = *options.screen_bounds;
   if (options.tile_size) settings["tile_size"] = tile_size(*options.tile_size);
   if (!options.aovs.empty()) settings["aovs"] = options.aovs;
+  if (options.count_tests) settings["count_tests"] = true;
 }
 
 }  // namespace

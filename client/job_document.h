@@ -19,10 +19,11 @@ struct JobOptions {
   std::optional<std::string> name;  ///< Else the document's, else the file's name.
   std::optional<Size> size;
   std::optional<std::uint64_t> samples, max_depth, seed;
-  std::optional<std::string> accel;          ///< A structure's kind.
-  std::optional<std::string> screen_bounds;  ///< off, flat.
-  std::optional<std::string> tile_size;      ///< auto, whole, or a number of pixels.
+  std::optional<std::string> accel;  ///< As `parse_accel` takes it.
+  std::optional<std::string> screen_bounds;
+  std::optional<std::string> tile_size;  ///< auto, whole, or a number of pixels.
   std::vector<std::string> aovs;
+  bool count_tests = false;  ///< False leaves it to the document.
 };
 
 /// "640x480"; nothing when it isn't of that form.

@@ -52,6 +52,7 @@ ExitCode run(int argc, char** argv) {
   add_list(tool, session);
   add_cancel_and_delete(tool, session);
   add_plan_and_stats(tool, session);
+  add_capabilities(tool, session);
 
   try {
     tool.parse(argc, argv);

@@ -37,5 +37,6 @@ void add_fetch(CLI::App& tool, Session& session);
 void add_list(CLI::App& tool, Session& session);
 void add_cancel_and_delete(CLI::App& tool, Session& session);
 void add_plan_and_stats(CLI::App& tool, Session& session);
+void add_capabilities(CLI::App& tool, Session& session);
 
 }  // namespace tessera::client

@@ -21,7 +21,8 @@ void add_fetch(CLI::App& tool, Session& session) {
   command->add_option("ID", fetch->id, "The job")->required();
   fetch->image.add_to(*command);
   command->get_option("--output")->required();
-  command->add_option("--aov", fetch->image.image.aov, "Not the colour, but depth, normal, primitive_id or object_id");
+  command->add_option("--aov", fetch->image.image.aov,
+                      "A recorded plane in place of the colour, or all for one EXR of everything");
   command->add_flag("--partial", fetch->image.image.partial, "What is there so far, if the job still renders");
   command->callback([fetch, &session] {
     fetch->image.check();

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "client/accel_argument.h"
 #include "client/failure.h"
 #include "client/scene_files.h"
 
@@ -37,12 +38,26 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_option("--spp", options.samples, "Samples per pixel");
   command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first");
   command.add_option("--seed", options.seed, "Seed of the samples");
-  command.add_option("--accel", options.accel, "Acceleration structure: auto, brute, bvh");
-  command.add_option("--screen-bounds", options.screen_bounds, "Use of projected areas: off, flat");
+  command.add_option_function<std::string>(
+      "--accel",
+      [this](const std::string& text) {
+        if (!parse_accel(text))
+          throw CLI::ValidationError("--accel", "'" + text +
+                                                    "' isn't KIND[,OPTION=VALUE...], like "
+                                                    "bvh,bound=slabs,normals=1:0:0/0:1:1,space=object");
+        options.accel = text;
+      },
+      "Acceleration structure: KIND[,OPTION=VALUE...], like bvh,bound=slabs,normals=1:0:0/0:1:1,space=object; "
+      "'tessera capabilities' lists kinds and options");
+  command.add_option("--screen-bounds", options.screen_bounds,
+                     "Use of projected areas; 'tessera capabilities' lists the ways");
   command.add_option("--tile-size", options.tile_size, "auto, whole, or a number of pixels");
-  command.add_option("--aov", options.aovs, "Record depth, normal, primitive_id or object_id; several with commas")
+  command
+      .add_option("--aov", options.aovs,
+                  "Record a plane beside the colour; several with commas; 'tessera capabilities' lists them")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command.add_flag("--count-tests", options.count_tests, "Count what rays are tested against, for 'tessera stats'");
   command.add_option("--name", options.name, "The job's name in listings; the file's by default");
 }
 

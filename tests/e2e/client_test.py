@@ -118,6 +118,42 @@ class Commands(ClientTest):
         self.assertIn(b"N.X", self.read("all.exr"))
         self.tessera("fetch", job, "-o", "id.exr", "--aov", "object_id", code=REFUSED)
 
+    def test_structures_and_their_evidence(self):
+        accel = "bvh,bound=slabs,leaf_size=2,normals=1:0:0/0:1:0/0.5:0:-1,space=object"
+        options = ["--size", "32x32", "--accel", accel, "--screen-bounds", "hierarchical", "--count-tests"]
+        job = self.submit(SPHERE, *options, "--aov", "cost_volumes")
+        self.tessera("watch", job)
+        structure = json.loads(self.tessera("stats", job, "--json").stdout)["structure"]
+        self.assertEqual(structure["kind"], "bvh")
+        self.assertEqual(
+            structure["options"],
+            {"bound": "slabs", "space": "object", "leaf_size": 2, "normals": [[1, 0, 0], [0, 1, 0], [0.5, 0, -1]]},
+        )
+        stats = self.tessera("stats", job).stdout
+        self.assertRegex(stats, r"(?m)^tests\n(  .*\n)*  volume_tests +\d+$")
+        self.assertRegex(stats, r"(?m)^  per_ray\n    object_tests +[\d.]+\n")
+        self.assertIn("normals    [[1.0,0.0,0.0],[0.0,1.0,0.0],[0.5,0.0,-1.0]]", stats)
+        self.tessera("fetch", job, "-o", "heat.png", "--aov", "cost_volumes")
+        uncounted = self.submit(SPHERE, "--size", "8x8")
+        self.tessera("watch", uncounted)
+        self.assertRegex(self.tessera("stats", uncounted).stdout, r"(?m)^tests +not counted")
+
+    def test_candidates_are_a_table(self):
+        job = self.submit(SPHERE, "--size", "8x8", "--accel", "auto")
+        self.tessera("watch", job)
+        candidates = json.loads(self.tessera("plan", job, "--json").stdout)["candidates"]
+        printed = self.tessera("plan", job).stdout
+        self.assertEqual("build s" in printed, bool(candidates))
+        rows = re.findall(r"(?m)^  (\S+)(?: +[\d.e+-]+){3}$", printed)
+        self.assertEqual([row.split(",")[0] for row in rows], [candidate["kind"] for candidate in candidates])
+
+    def test_capabilities(self):
+        listed = self.tessera("capabilities").stdout
+        for row in json.loads(self.tessera("capabilities", "--json").stdout)["accel"]:
+            self.assertIn(f"\n  {row['kind']}: ", listed)
+        self.assertIn("    bound=box|sphere|slabs|hull ", listed)
+        self.assertIn("    leaf_size=1..255 ", listed)
+
     def test_render_writes_recorded_aovs_into_one_exr(self):
         self.write("scene.json", SPHERE)
         self.tessera("render", "scene.json", "-o", "a.exr", "--size", "8x8", "--aov", "normal", "--aov", "depth")
@@ -235,6 +271,8 @@ class Refusals(ClientTest):
     def test_unknown_structure(self):
         done = self.tessera("submit", self.write("s.json", SPHERE), "--accel", "magic", code=REFUSED)
         self.assertIn("/settings/accel/kind: ", done.stderr)
+        done = self.tessera("submit", self.write("s.json", SPHERE), "--accel", "grid,bound=box", code=REFUSED)
+        self.assertIn("/settings/accel/bound: ", done.stderr)
 
     def test_path_that_leads_nowhere_is_told(self):
         scene = {"objects": [{"type": "file", "path": "gone.ply"}]}
@@ -262,6 +300,8 @@ class Refusals(ClientTest):
             ["render"],
             ["render", scene, "--size", "12"],
             ["render", scene, "--spp", "x"],
+            ["render", scene, "--accel", "bvh,bound"],
+            ["render", scene, "--accel", "bvh,normals=1:x:0"],
             ["render", scene, "-o", "image.bmp"],
             ["fetch", "id"],
             ["list", "--server", "ftp://x"],

@@ -1,5 +1,6 @@
 """What README.md shows is run as it stands there, so that it can't rot."""
 
+import json
 import os
 import re
 import subprocess
@@ -62,10 +63,12 @@ class Readme(unittest.TestCase):
                 self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
             self.assertIn("completed", done.stdout)
 
-    def test_scene(self):
-        (scene,) = blocks("json")
+    def test_scene_and_settings(self):
+        scene, settings = blocks("json")
         reply = self.daemon.request("POST", "/v1/scenes", scene, {"Content-Type": "application/json"})
         self.assertEqual(reply.status, 201, reply.body)
+        job = self.daemon.submit({"scene": json.loads(scene), "settings": json.loads(settings)})
+        self.assertEqual(self.daemon.wait_ended(job)["state"], "completed")
 
     def test_every_command_of_the_client(self):
         shown = subprocess.run([os.environ["TESSERA"], "--help"], capture_output=True, text=True, check=True).stdout

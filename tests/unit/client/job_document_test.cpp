@@ -34,17 +34,19 @@ TEST_F(JobDocument, KeepsAJobAndOverridesWhatOptionsSay) {
   JobOptions options;
   options.size = {{640, 480}};
   options.samples = 16;
-  options.accel = "brute";
+  options.accel = "bvh,leaf_size=2";
   options.tile_size = "32";
   options.aovs = {"depth"};
+  options.count_tests = true;
   const json job = job_document(path, options);
   EXPECT_EQ(job["name"], "mine");
   EXPECT_EQ(job["image"], json({{"width", 640}, {"height", 480}}));
   EXPECT_EQ(job["settings"], json({{"samples", 16},
                                    {"jitter", false},
-                                   {"accel", {{"kind", "brute"}}},
+                                   {"accel", {{"kind", "bvh"}, {"leaf_size", 2}}},
                                    {"tile_size", 32},
-                                   {"aovs", {"depth"}}}));
+                                   {"aovs", {"depth"}},
+                                   {"count_tests", true}}));
 }
 
 TEST_F(JobDocument, NamesTileSizesAsTheWireDoes) {

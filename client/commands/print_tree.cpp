@@ -1,0 +1,52 @@
+#include "client/commands/print_tree.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::client {
+namespace {
+
+using nlohmann::json;
+
+/// Whether it takes lines of its own. Lists of plain values, and of vectors, stand in one.
+bool is_block(const json& value) {
+  return value.is_object() || (value.is_array() && !value.empty() && value.front().is_object());
+}
+
+std::string plain(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_number_float()) return value.dump();
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value.get<double>());
+  return text;
+}
+
+}  // namespace
+
+void print_tree(const json& tree, std::size_t indent) {
+  const std::string margin(indent, ' ');
+  if (tree.is_array()) {
+    for (const json& item : tree) {
+      print_tree(item, indent);
+      std::cout << "\n";
+    }
+    return;
+  }
+  std::size_t width = 0;
+  for (const auto& [name, value] : tree.items()) width = std::max(width, name.size());
+  for (const auto& [name, value] : tree.items()) {
+    std::cout << margin << name;
+    if (is_block(value)) {
+      std::cout << "\n";
+      print_tree(value, indent + 2);
+    } else {
+      std::cout << std::string(width + 2 - name.size(), ' ') << plain(value) << "\n";
+    }
+  }
+}
+
+}  // namespace tessera::client

@@ -13,6 +13,9 @@ namespace {
 /// Shapes with more points times instances are known by the corners of their boxes.
 constexpr std::size_t kMostPoints = 1 << 24;
 
+/// So few points are fitted sooner than thinned.
+constexpr std::size_t kFewPoints = 16;
+
 std::vector<Aabb> triangle_boxes(const TriangleMesh& mesh) {
   std::vector<Aabb> boxes(mesh.triangles.size());
   for (std::size_t i = 0; i < boxes.size(); ++i)
@@ -31,7 +34,7 @@ Outline corners(const Aabb& box) {
 /// The shape's outline with no more points than decide anything: those of its convex hull.
 Outline thinned_outline(const Shape& shape, std::size_t objects) {
   Outline thinned = outline(shape);
-  HullBound().fit(thinned);
+  if (thinned.points.size() > kFewPoints) HullBound().fit(thinned);
   return thinned.points.size() * objects > kMostPoints ? corners(bounds(shape)) : thinned;
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/accel/accel.h"
+#include "core/plan/accel_costs.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
 #include "core/screen/tiling.h"
@@ -18,25 +18,15 @@ struct Skip {
   std::uint64_t count;  ///< How many are left out; what is counted is said in `because`.
 };
 
-/// What a structure is expected to cost for the scene and the job at hand, on one thread.
-struct AccelEstimate {
-  AccelOptions options;
-  double build_seconds;
-  double trace_seconds;
-};
-
 /// What will be done to render a scene, and why: a pure function of scene, camera and settings.
 struct Plan {
   AccelOptions accel;  ///< Its kind is never `automatic`.
   std::string accel_because;
-  std::vector<AccelEstimate> candidates;  ///< What every kind with its default options would cost; the cheapest first.
+  std::vector<AccelEstimate> candidates;  ///< What each structure would cost, the cheapest first.
   std::uint64_t primitives = 0;
   Tiling tiling;
   std::vector<Skip> skips;
 };
-
-/// With this many primitives or fewer `automatic` builds nothing: testing them all costs less than walking a tree.
-inline constexpr std::uint64_t kFewPrimitives = 8;
 
 /// Whether any tile traces a ray; without one, no structure has to be built.
 bool needs_structure(const Plan& plan);

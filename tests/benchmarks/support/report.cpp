@@ -1,6 +1,7 @@
 #include "tests/benchmarks/support/report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <thread>
@@ -42,8 +43,8 @@ void Report::add_bar(const std::string& bar, double value, double bound, bool ok
   bars_.push_back("bar " + bar + " " + fixed(value, 3) + " " + fixed(bound, 3) + (ok ? " ok" : " short"));
 }
 
-void Report::write_plot(const std::string& svg) const {
-  const auto path = folder_ / (name_ + ".svg");
+void Report::write_plot(const std::string& svg, const std::string& part) const {
+  const auto path = folder_ / (name_ + (part.empty() ? "" : "-" + part) + ".svg");
   std::ofstream(path) << svg;
   std::printf("plot %s\n", path.c_str());
 }
@@ -87,6 +88,16 @@ std::string fixed(double value, int digits) {
 std::string with_spread(const Samples& samples, int digits) {
   if (samples.empty()) return "-";
   return fixed(samples.median(), digits) + " ±" + fixed(100 * samples.spread(), 0) + "%";
+}
+
+std::string three_digits(double value) {
+  const double magnitude = value == 0 ? 0 : std::floor(std::log10(std::abs(value)));
+  return fixed(value, static_cast<int>(std::clamp(2 - magnitude, 0.0, 9.0)));
+}
+
+std::string with_spread(const Samples& samples) {
+  if (samples.empty()) return "-";
+  return three_digits(samples.median()) + " ±" + fixed(100 * samples.spread(), 0) + "%";
 }
 
 }  // namespace tessera::bench

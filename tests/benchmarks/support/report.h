@@ -23,7 +23,8 @@ class Report {
   void at_least(const std::string& bar, double value, double bound) { add_bar(bar, value, bound, value >= bound); }
   void at_most(const std::string& bar, double value, double bound) { add_bar(bar, value, bound, value <= bound); }
 
-  void write_plot(const std::string& svg) const;
+  /// <name>.svg; a benchmark's further plots are <name>-<part>.svg.
+  void write_plot(const std::string& svg, const std::string& part = "") const;
 
   /// Writes the JSON and prints the bars, one a line: `bar <name> <value> <bound> ok|short`.
   void finish();
@@ -41,7 +42,11 @@ class Report {
 void print_table(const std::vector<std::vector<std::string>>& rows);
 
 std::string fixed(double value, int digits);
+/// With so many decimals that about three digits count.
+std::string three_digits(double value);
 /// "12.3 ±4%", "-" without samples.
 std::string with_spread(const Samples& samples, int digits);
+/// The same with `three_digits`.
+std::string with_spread(const Samples& samples);
 
 }  // namespace tessera::bench

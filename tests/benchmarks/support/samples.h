@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <ctime>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,6 +13,7 @@ class Samples {
  public:
   void add(double value) { values_.push_back(value); }
   bool empty() const { return values_.empty(); }
+  double last() const { return values_.back(); }
 
   double median() const { return quantile(0.5); }
   /// Half the distance between the quartiles, as a share of the median.
@@ -33,6 +35,15 @@ class Stopwatch {
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Seconds that processors spent on this process since it was made: other work on the machine counts little.
+class CpuStopwatch {
+ public:
+  double seconds() const { return static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
+
+ private:
+  std::clock_t start_ = std::clock();
 };
 
 }  // namespace tessera::bench

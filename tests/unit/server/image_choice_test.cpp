@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "proto/names.h"
+
 namespace tessera::server {
 namespace {
 
@@ -52,7 +54,9 @@ TEST(ImageChoice, NotEveryFormatHoldsEveryPlane) {
 
 /// The table of planes and the encoder agree on what can hold what.
 TEST(ImageChoice, TheEncoderTakesWhatTheTablePromises) {
-  const Pixels pixels({0, 0, 4, 4}, {Aov::depth, Aov::normal, Aov::primitive_id, Aov::object_id});
+  std::set<Aov> aovs;
+  for (const auto& choice : proto::aov_names()) aovs.insert(choice.value);
+  const Pixels pixels({0, 0, 4, 4}, aovs);
   for (const PlaneEntry& plane : plane_table())
     for (const FormatEntry& format : format_table())
       EXPECT_EQ(encode(pixels, plane.plane, format.format).has_value(), plane.formats.contains(format.format))

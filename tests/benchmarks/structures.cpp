@@ -1,11 +1,11 @@
 // Every structure × bound over every scene: build, memory, speed by kind of ray, tests; and how they grow.
 //
-// bench_structures FOLDER [PART]: JSON and plots go to FOLDER; with PART only scenes whose name contains it, and no
-// growth unless PART is "growth".
+// tests/bench structures [PART]: with PART only the scenes whose name contains it; or "growth", which is that alone.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 
+#include "tests/benchmarks/support/growth.h"
 #include "tests/benchmarks/support/panels.h"
 #include "tests/benchmarks/support/render_image.h"
 #include "tests/benchmarks/support/report.h"
@@ -163,12 +163,14 @@ void measure_scenes(Report& report, const std::string& part) {
 
 int main(int argc, char** argv) {
   if (argc != 2 && argc != 3) {
-    std::fprintf(stderr, "usage: bench_structures FOLDER [PART_OF_A_SCENES_NAME]\n");
+    std::fprintf(stderr, "usage: bench_structures FOLDER [PART_OF_A_SCENE'S_NAME | growth]\n");
     return 2;
   }
   try {
     tessera::bench::Report report("structures", argv[1]);
-    tessera::bench::measure_scenes(report, argc == 3 ? argv[2] : "");
+    const std::string part = argc == 3 ? argv[2] : "";
+    if (part != "growth") tessera::bench::measure_scenes(report, part);
+    if (part.empty() || part == "growth") tessera::bench::measure_growth(report);
     report.finish();
     return 0;
   } catch (const std::exception& error) {

@@ -37,6 +37,9 @@ std::string with_unit(double value, double smallest, const std::vector<std::stri
   return fixed(value, value < 9.95 && unit > 0 ? 1 : 0) + " " + units[unit];
 }
 
+/// Values this little beyond a decade, in decades, don't ask for another one.
+constexpr double kOverhang = 0.02;
+
 }  // namespace
 
 Svg::Svg(double width, double height)
@@ -74,7 +77,10 @@ void Svg::circle(double x, double y, double radius, const std::string& fill, con
 }
 
 LogAxis::LogAxis(double lo, double hi, double from, double to)
-    : lo_(std::floor(std::log10(lo))), hi_(std::max(std::ceil(std::log10(hi)), lo_ + 1)), from_(from), to_(to) {}
+    : lo_(std::floor(std::log10(lo) + kOverhang)),
+      hi_(std::max(std::ceil(std::log10(hi) - kOverhang), lo_ + 1)),
+      from_(from),
+      to_(to) {}
 
 double LogAxis::at(double value) const { return std::lerp(from_, to_, (std::log10(value) - lo_) / (hi_ - lo_)); }
 

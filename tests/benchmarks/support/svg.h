@@ -36,10 +36,11 @@ class Svg {
   std::string body_;
 };
 
-/// Maps [lo, hi] to pixels logarithmically; whole decades, at least one, that hold all the values given.
+/// Maps [lo, hi] to pixels logarithmically; whole decades, at least one.
 class LogAxis {
  public:
-  /// `from` and `to` are the pixels of the ends. Precondition: lo > 0.
+  /// The decades that hold [lo, hi], with a hair's overhang; `from` and `to` are the pixels of the ends.
+  /// Precondition: lo > 0.
   LogAxis(double lo, double hi, double from, double to);
 
   double at(double value) const;

@@ -19,6 +19,11 @@ bool is_block(const json& value) {
 
 std::string plain(const json& value) {
   if (value.is_string()) return value.get<std::string>();
+  if (value.is_array() && std::ranges::all_of(value, &json::is_string)) {
+    std::string list;
+    for (const json& word : value) list += (list.empty() ? "" : ", ") + word.get<std::string>();
+    return list.empty() ? "none" : list;
+  }
   if (!value.is_number_float()) return value.dump();
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value.get<double>());

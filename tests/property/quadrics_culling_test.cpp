@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/property/quadric_cases.h"
-#include "tests/property/quadric_oracle.h"
 #include "tests/property/quadric_surface.h"
+#include "tests/support/quadric_oracle.h"
 
 namespace tessera {
 namespace {

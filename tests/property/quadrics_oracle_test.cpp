@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/property/quadric_cases.h"
-#include "tests/property/quadric_oracle.h"
+#include "tests/support/quadric_oracle.h"
 
 namespace tessera {
 namespace {

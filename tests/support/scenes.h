@@ -18,15 +18,20 @@ class SceneBuilder {
     scene_.materials.push_back(m);
     return static_cast<std::uint32_t>(scene_.materials.size() - 1);
   }
-  std::uint32_t shape(Shape s) {
-    scene_.shapes.push_back(std::move(s));
+  /// Takes a `Shape`, or one of its kinds.
+  template <typename S>
+  std::uint32_t shape(S&& s) {
+    scene_.shapes.emplace_back(std::forward<S>(s));
     return static_cast<std::uint32_t>(scene_.shapes.size() - 1);
   }
   SceneBuilder& place(std::uint32_t shape, std::uint32_t material = 0, std::optional<Transform> placement = {}) {
     scene_.objects.push_back({shape, material, placement});
     return *this;
   }
-  SceneBuilder& add(Shape s, std::uint32_t material = 0) { return place(shape(std::move(s)), material); }
+  template <typename S>
+  SceneBuilder& add(S&& s, std::uint32_t material = 0) {
+    return place(shape(std::forward<S>(s)), material);
+  }
   SceneBuilder& light(const Light& l) {
     scene_.lights.push_back(l);
     return *this;

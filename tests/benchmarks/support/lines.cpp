@@ -11,12 +11,6 @@ namespace {
 
 constexpr double kMargin = 28, kTop = 96, kAxis = 52, kWidth = 290, kHeight = 380, kGap = 24, kLegend = 130;
 
-/// "1000", "10⁴"
-std::string count_text(double power_of_ten) {
-  static constexpr std::array kDigits = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-  return "10" + std::string(kDigits[static_cast<std::size_t>(std::lround(std::log10(power_of_ten))) % 10]);
-}
-
 /// The axis that holds coordinate `i` of all points.
 LogAxis axis_over(const LineChart& chart, std::size_t i, double from, double to) {
   double lo = HUGE_VAL, hi = 0;
@@ -34,7 +28,7 @@ void draw(Svg& svg, const LineChart& chart, double left, const std::string& x_ti
   svg.text(left, kTop - 12, chart.title, {.size = 13, .bold = true});
   for (const double x : across.decades()) {
     svg.line(across.at(x), kTop, across.at(x), bottom, "#e8e8e8");
-    svg.text(across.at(x), bottom + 16, count_text(x), {.anchor = "middle", .color = "#555"});
+    svg.text(across.at(x), bottom + 16, power_of_ten_text(x), {.anchor = "middle", .color = "#555"});
   }
   for (const double y : up.decades()) {
     svg.line(left, up.at(y), left + kWidth, up.at(y), "#e8e8e8");

@@ -94,4 +94,11 @@ std::string short_time(double seconds) { return with_unit(seconds, 1e-9, {"ns", 
 
 std::string short_bytes(double bytes) { return with_unit(bytes, 1, {"B", "kB", "MB", "GB"}); }
 
+std::string power_of_ten_text(double power_of_ten) {
+  static constexpr std::array kDigits = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  const auto exponent = std::lround(std::log10(power_of_ten));
+  if (exponent > 3) return std::string("10") + kDigits[static_cast<std::size_t>(exponent)];
+  return fixed(power_of_ten, static_cast<int>(std::max(0L, -exponent)));
+}
+
 }  // namespace tessera::bench

@@ -57,4 +57,7 @@ std::string short_time(double seconds);
 /// "640 B", "1.2 MB"
 std::string short_bytes(double bytes);
 
+/// A power of ten from 10^-9 to 10^9: "0.01", "1000", "10⁴".
+std::string power_of_ten_text(double power_of_ten);
+
 }  // namespace tessera::bench

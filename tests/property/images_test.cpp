@@ -1,7 +1,8 @@
 // Promise 1 of the design: one image, whatever the way.
 #include <gtest/gtest.h>
 
-#include "core/accel/accel_table.h"
+#include "tests/support/accel_choices.h"
+#include "tests/support/effort.h"
 #include "tests/support/image.h"
 #include "tests/support/scenes.h"
 
@@ -47,7 +48,7 @@ std::vector<View> views() {
 TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
   const auto sizes = {1U, 7U, 16U, 64U, 66U, kAdaptiveTiles};  // 66: the whole image
   for (const View& view : views()) {
-    Settings settings = all_planes(66, 35, 2);
+    Settings settings = all_planes(66, 35, static_cast<std::uint32_t>(effort(1, 2)));
     settings.accel.kind = AccelKind::brute;
     settings.screen_bounds = ScreenBounds::off;
     settings.tile_size = 66;
@@ -56,6 +57,7 @@ TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
       for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat, ScreenBounds::hierarchical})
         for (const std::uint32_t size : sizes)
           for (const int threads : {1, 2, 3, 8}) {
+            if (accel != AccelKind::automatic && threads != 3 && !long_tests()) continue;
             settings.accel.kind = accel;
             settings.screen_bounds = bounds;
             settings.tile_size = size;
@@ -68,6 +70,58 @@ TEST(Images, AreTheSameWhateverTheStructureTilesAndThreads_Stress52) {
             all.camera_skipped = 0;
             EXPECT_EQ(all, reference.rays) << view.name;
           }
+  }
+}
+
+/// Every structure × bound × space with every use of screen areas; tile sizes and threads in turn.
+TEST(Images, AreTheSameInEveryStructureAndBound_Stress54) {
+  constexpr std::array kSizes{7U, kAdaptiveTiles, 16U, 1U, 64U};
+  for (const View& view : views()) {
+    const int side = effort(24, 200);
+    Settings settings = all_planes(static_cast<std::uint32_t>(side * 3 / 2), static_cast<std::uint32_t>(side), 1);
+    settings.accel.kind = AccelKind::brute;
+    settings.screen_bounds = ScreenBounds::off;
+    settings.tile_size = 512;
+    const Image reference = render_image(view.scene, view.camera, settings);
+    std::size_t turn = 0;
+    for (const AccelOptions& options : accel_choices())
+      for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat, ScreenBounds::hierarchical}) {
+        settings.accel = options;
+        settings.screen_bounds = bounds;
+        settings.tile_size = kSizes[++turn % kSizes.size()];
+        const Image image = render_image(view.scene, view.camera, settings, static_cast<int>(1 + turn % 3));
+        ASSERT_TRUE(same_bytes(reference.pixels, image.pixels))
+            << view.name << ", " << describe(options) << ", screen bounds " << static_cast<int>(bounds) << ", tiles of "
+            << settings.tile_size;
+      }
+  }
+}
+
+/// Tiles in any order, some begun and stopped before, some rendered twice.
+TEST(Images, AreTheSameAfterStopsAndRetries_Stress53) {
+  Settings settings = all_planes(48, 32, 2);
+  settings.tile_size = 7;
+  const Image reference = render_image(mixed_scene(), mixed_camera(), settings);
+  for (const AccelEntry& row : accel_table()) {
+    settings.accel.kind = row.kind;
+    const auto scene = mixed_scene();
+    Plan plan = make_plan(*scene, mixed_camera(), settings);
+    const auto accel = std::shared_ptr(make_accel(scene, plan.accel));
+    const RenderContext context{scene, accel, settings, plan, CameraRays(mixed_camera(), 48, 32)};
+    std::vector<PixelRect> rects;
+    for (const Tile& tile : plan.tiling.tiles) rects.push_back(tile.rect);
+    Film film(48, 32, settings.aovs, rects);
+    Random random(53);
+    for (std::size_t left = rects.size(); left-- > 0;) {
+      std::stop_source stop;
+      stop.request_stop();
+      if (random.bits() % 2) {
+        EXPECT_FALSE(render_tile(context, left, stop.get_token()));
+      }
+      if (random.bits() % 2) render_tile(context, random.bits() % rects.size());
+      film.store(left, render_tile(context, left)->pixels);
+    }
+    EXPECT_TRUE(same_bytes(reference.pixels, film.pixels())) << row.name;
   }
 }
 

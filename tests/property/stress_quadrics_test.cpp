@@ -1,11 +1,12 @@
-// STRESS 28–35: quadrics, planes and transforms at the limits, in every structure × bound × space; the primitives alone
-// are in quadrics_*_test and transform_normals_test.
+// STRESS 22 and 28–35: quadrics, planes and transforms at the limits, in every structure × bound × space; the
+// primitives alone are in quadrics_*_test and transform_normals_test.
 #include <gtest/gtest.h>
 
 #include "core/integrator/spawn.h"
 #include "proto/parse.h"
 #include "tests/property/stress_scenes.h"
 #include "tests/support/effort.h"
+#include "tests/support/image.h"
 #include "tests/support/no_files.h"
 #include "tests/support/same_hits.h"
 #include "tests/support/wide_oracle.h"
@@ -42,6 +43,46 @@ TEST(StressQuadrics, UnitSpheresFromAfar_Stress28) {
   }
   EXPECT_GT(hits, effort(4000, 200'000) / 2);
   expect_same_hits_everywhere(scene, known, "from afar");
+}
+
+/// A triangle and a quad 10⁷ away, filling half of a picture: every pixel is what exact arithmetic says, unless an edge
+/// passes it within rounding.
+TEST(StressQuadrics, FlatShapesFromTenMillionMetres_Stress22) {
+  const TriangleMesh triangle{{{-40, -40, -1e7F}, {40, -40, -1e7F}, {0, 0, -1e7F}}, {{0, 1, 2}}, {}};
+  const auto scene = SceneBuilder().add(triangle).add(flat_quad(2, {-30, 5, -1e7F}, 60, 30)).build();
+  const Camera camera = PerspectiveCamera{{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}}, 1e-5F};
+  Settings settings;
+  settings.width = settings.height = 48;
+  settings.jitter = false;
+  settings.aovs = {Aov::object_id, Aov::depth};
+  settings.accel.kind = AccelKind::brute;
+  settings.screen_bounds = ScreenBounds::off;
+  const Pixels expected = render_image(scene, camera, settings).pixels;
+  const CameraRays rays(camera, 48, 48);
+  int hits = 0, unsure = 0;
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 48; ++x) {
+      const WideAnswer exact = wide_trace(*scene, rays.ray(x + 0.5, y + 0.5));
+      if (exact.margin < 1e-7L) {
+        ++unsure;
+        continue;
+      }
+      const std::uint32_t id = expected.object_id[expected.index(x, y)];
+      if (exact.hits.empty()) {
+        EXPECT_GT(id, 1U) << x << ' ' << y;
+        continue;
+      }
+      ++hits;
+      EXPECT_EQ(id, exact.closest()->object) << x << ' ' << y;
+    }
+  EXPECT_GT(hits, 500);
+  EXPECT_LT(unsure, 100);
+  for (const AccelOptions& options : accel_choices())
+    for (const ScreenBounds bounds : {ScreenBounds::off, ScreenBounds::flat, ScreenBounds::hierarchical}) {
+      settings.accel = options;
+      settings.screen_bounds = bounds;
+      EXPECT_TRUE(same_bytes(expected, render_image(scene, camera, settings).pixels)) << describe(options);
+    }
 }
 
 /// A ground of 1000 km radius among things of a metre, from a metre above: the same everywhere, and no acne.

@@ -1,5 +1,7 @@
 #include "core/geometry/triangle.h"
 
+#include "core/math/orientation.h"
+
 namespace tessera {
 namespace {
 
@@ -12,8 +14,18 @@ Vec3d unit_or(Vec3d v, Vec3d otherwise) {
 
 }  // namespace
 
+std::optional<TriangleWeights> exact_weights(const TriangleRay& ray, Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 o = ray.ray().origin, d = ray.ray().direction;
+  const TriangleWeights w{turning(o, d, c, b) / ray.scale_z(), turning(o, d, a, c) / ray.scale_z(),
+                          turning(o, d, b, a) / ray.scale_z()};
+  if (!w.inside() || w.sum() == 0) return std::nullopt;
+  return w;
+}
+
 SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], const Vec3* normals) {
-  const TriangleWeights w = weights(ray.see(corners[0]), ray.see(corners[1]), ray.see(corners[2]));
+  const TriangleWeights w =
+      crossing(ray, ray.see(corners[0]), ray.see(corners[1]), ray.see(corners[2]), corners[0], corners[1], corners[2])
+          .value_or(TriangleWeights{1, 1, 1});
   const double sum = w.sum();
   const double share[3] = {w.a / sum, w.b / sum, w.c / sum};
   const Vec3d a = to_double(corners[0]), b = to_double(corners[1]), c = to_double(corners[2]);

@@ -1,5 +1,6 @@
 #include "core/math/orientation.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -24,13 +25,22 @@ class ExactSum {
   }
 
   int sign() {
-    std::int64_t carry = 0, any = 0;
-    for (std::int64_t& digit : digits_) {
-      digit += carry;
-      carry = digit >> 32;
-      any |= digit & 0xFFFFFFFF;
+    const bool negative = carry_over() < 0;
+    if (negative) return -1;
+    return std::ranges::any_of(digits_, [](std::int64_t digit) { return digit != 0; });
+  }
+
+  /// The sum, with its sign and good to 2^-50 of itself.
+  double value() {
+    const bool negative = carry_over() < 0;
+    if (negative) {
+      for (std::int64_t& digit : digits_) digit = -digit;
+      carry_over();
     }
-    return carry < 0 ? -1 : any != 0;
+    double sum = 0;
+    for (int i = static_cast<int>(digits_.size()) - 1; i >= 0; --i)
+      sum += std::ldexp(static_cast<double>(digits_[static_cast<std::size_t>(i)]), 32 * i - 447);
+    return negative ? -sum : sum;
   }
 
  private:
@@ -47,6 +57,17 @@ class ExactSum {
     unsigned exponent;
     bool negative;
   };
+
+  /// Brings all digits into [0, 2^32); returns what is left above them, negative if the sum is.
+  std::int64_t carry_over() {
+    std::int64_t carry = 0;
+    for (std::int64_t& digit : digits_) {
+      digit += carry;
+      carry = digit >> 32;
+      digit &= 0xFFFFFFFF;
+    }
+    return carry;
+  }
 
   /// Adds ±v · 2^at, v of 48 bits. A digit takes 2^31 such terms before it overflows.
   void add_shifted(std::uint64_t v, unsigned at, bool negative) {
@@ -111,6 +132,14 @@ int orientation_along(int axis, Vec3 a, Vec3 b, Vec3 c) {
   add_cross(sum, -1, axis, a, c);
   add_cross(sum, 1, axis, a, b);
   return sum.sign();
+}
+
+double turning(Vec3 origin, Vec3 direction, Vec3 p, Vec3 q) {
+  ExactSum sum;
+  add_determinant(sum, 1, direction, p, q);
+  add_determinant(sum, -1, direction, p, origin);
+  add_determinant(sum, -1, direction, origin, q);
+  return sum.value();
 }
 
 }  // namespace tessera

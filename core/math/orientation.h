@@ -16,4 +16,8 @@ int orientation(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 /// three lie on a line when it is 0 for all three axes.
 int orientation_along(int axis, Vec3 a, Vec3 b, Vec3 c);
 
+/// det(direction, p − origin, q − origin): positive where the way from p to q turns counter-clockwise around the ray as
+/// it is looked at from its end. Exact but for a last rounding: 0 only when the ray's line meets that of p and q.
+double turning(Vec3 origin, Vec3 direction, Vec3 p, Vec3 q);
+
 }  // namespace tessera

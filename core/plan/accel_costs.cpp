@@ -4,6 +4,8 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "core/accel/accel_table.h"
+
 namespace tessera {
 namespace {
 
@@ -165,11 +167,11 @@ AccelEstimate estimate(const AccelOptions& options, const Levels& levels, double
 std::vector<AccelEstimate> estimate_accels(const Scene& scene, double rays) {
   const Levels levels = levels_of(scene);
   std::vector<AccelEstimate> estimates;
-  for (const AccelKind kind : {AccelKind::brute, AccelKind::bounds, AccelKind::bvh, AccelKind::grid, AccelKind::octree,
-                               AccelKind::kd, AccelKind::bsp}) {
-    const bool has_bounds = kind == AccelKind::bounds || kind == AccelKind::bvh;
+  for (const AccelEntry& row : accel_table()) {
+    const bool has_bounds = std::ranges::find(row.options, "bound") != row.options.end();
     for (const BoundKind bound : {BoundKind::box, BoundKind::sphere, BoundKind::slabs, BoundKind::hull})
-      if (bound == BoundKind::box || has_bounds) estimates.push_back(estimate(AccelOptions{kind, bound}, levels, rays));
+      if (bound == BoundKind::box || has_bounds)
+        estimates.push_back(estimate(AccelOptions{row.kind, bound}, levels, rays));
   }
   std::ranges::stable_sort(estimates, {}, &AccelEstimate::total_seconds);
   return estimates;

@@ -166,7 +166,7 @@ TEST(StressStructures, CoordinatesOnSplitPlanesAndClusters_Stress48) {
   }
   append_box(mesh, {{0, 0, 0}, {16, 16, 16}});
   b.add(mesh);
-  for (int k = 0; k < 40; ++k) {
+  for (int k = 0; k < 120; ++k) {
     const float x = std::ldexp(1.0F, -k);
     b.add(flat_quad(k % 3, {x, x, x}, x, x));
   }

@@ -104,5 +104,37 @@ TEST(WideOracle, AgreesWithBruteForce) {
   EXPECT_LT(unsure, scenes * rays / 100);
 }
 
+/// Whether a triangle is hit is decided exactly: no leeway at edges, corners, needles or triangles seen edge-on.
+TEST(WideOracle, AgreesWithBruteForceOnTrianglesWithoutLeeway) {
+  int hits = 0, on_edges = 0;
+  for (int seed = 0; seed < effort(60, 2000); ++seed) {
+    Random random(seed);
+    const double size = random.magnitude(-6, 6);
+    TriangleMesh mesh;
+    for (int i = 0; i < 30; ++i) mesh.positions.push_back(to_float(random.in_cube() * size));
+    for (std::uint32_t i = 0; i < 28; ++i) {
+      if (i % 4 == 0)
+        mesh.positions[i + 2] = (mesh.positions[i] + mesh.positions[i + 1]) * 0.5F;  // no more than a line
+      mesh.triangles.push_back({i, i + 1, i + 2});
+    }
+    const auto scene = SceneBuilder().add(mesh).build();
+    const auto brute = make_accel(scene, {AccelKind::brute});
+    for (int i = 0; i < 300; ++i) {
+      const Vec3 a = mesh.positions[random.bits() % 30], b = mesh.positions[random.bits() % 30];
+      const Vec3 target = i % 3 == 0 ? a : (a + b) * 0.5F;
+      const Vec3 origin = i % 7 == 0 ? a + (a - b) : to_float(random.in_cube() * (size * random.magnitude(0, 2)));
+      if (origin == target) continue;
+      const Ray ray{origin, target - origin, 1e-3F};
+      const WideAnswer exact = wide_trace(*scene, ray);
+      const auto hit = brute->closest(ray);
+      ASSERT_EQ(hit.has_value(), exact.closest().has_value()) << "scene " << seed << ", ray " << i;
+      hits += hit.has_value();
+      on_edges += exact.margin < size * 0x1p-40L;
+    }
+  }
+  EXPECT_GT(hits, effort(60, 2000) * 100);
+  EXPECT_GT(on_edges, effort(60, 2000));
+}
+
 }  // namespace
 }  // namespace tessera

@@ -35,6 +35,18 @@ TEST(Triangle, WithoutAreaIsNeverHit_Stress16_Stress17) {
   EXPECT_FALSE(hit({{0, 0, 1}, {0, 0, -1}}, kA, kA, kA));
 }
 
+/// Far smaller than what doubles tell apart where the ray passes: missed all the same.
+TEST(Triangle, IsMissedByRaysFarBesideIt_Stress18) {
+  for (const int exponent : {20, 50, 51, 52, 53, 100}) {
+    const float s = std::ldexp(1.0F, -exponent);
+    Random random(18);
+    for (int i = 0; i < 20'000; ++i) {
+      const Vec3 origin = to_float(random.in_cube() * 10), target = to_float(random.in_cube() * 10);
+      ASSERT_FALSE(hit({origin, target - origin}, {s, s, s}, {2 * s, s, s}, {s, 2 * s, s})) << exponent << " " << i;
+    }
+  }
+}
+
 TEST(Triangle, IsMissedByRaysWithNan_Stress07) {
   const float nan = std::nanf("");
   for (int axis = 0; axis < 3; ++axis) {

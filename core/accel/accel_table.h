@@ -10,11 +10,15 @@
 
 namespace tessera {
 
-/// One row for every option there is. What is a number says so: `number`, with its range and its default.
+/// What an option's value is: a whole number, a name of `bound_names()` or `space_names()`, or the slabs' normals.
+enum class AccelOptionType { number, bound, space, normals };
+
+/// One row for every option there is.
 struct AccelOptionEntry {
   std::string_view name;
   std::string_view summary;
-  std::uint32_t AccelOptions::*number = nullptr;  ///< Null for `bound`, `space` and `normals`.
+  AccelOptionType type;
+  std::uint32_t AccelOptions::*number = nullptr;  ///< Of numbers alone, like the range; null for the other types.
   std::uint32_t least = 0, most = 0;
   std::optional<BoundKind> only_with = std::nullopt;  ///< The bound without which it means nothing.
 };
@@ -30,6 +34,9 @@ struct AccelEntry {
   std::unique_ptr<const Accel> (*make)(std::shared_ptr<const Scene>, const AccelOptions&);
 };
 std::span<const AccelEntry> accel_table();
+
+/// The kind's row; null for `automatic`, which is no structure.
+const AccelEntry* accel_entry(AccelKind kind);
 
 /// The row's name, "auto" for `automatic`.
 std::string_view accel_name(AccelKind kind);

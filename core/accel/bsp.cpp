@@ -101,7 +101,7 @@ class BspChooser {
   void add_candidate(const CellItems<ConvexCell>& at, Vec3 normal, std::vector<Candidate>& candidates) const {
     const auto [lo, hi] = at.cell.extent(normal);
     const double scale = kBins / (hi - lo);
-    if (!(hi > lo) || !std::isfinite(scale)) return;
+    if (!(hi > lo) || !std::isfinite(hi - lo) || !std::isfinite(scale)) return;
     std::array<std::size_t, kBins> begins{}, ends{};
     const auto bin = [&, first = lo](double x) {
       return static_cast<std::size_t>(std::clamp((x - first) * scale, 0.0, kBins - 1.0));

@@ -9,8 +9,11 @@ namespace {
 
 constexpr double kMostCells = 1 << 24;
 
-/// Entries in all cells: coarser cells are taken until they suffice.
-std::uint64_t most_entries(std::size_t items) { return 32 * std::uint64_t{items} + 4096; }
+/// Entries in all cells, and cells looked at to make them: coarser cells are taken until these suffice.
+std::uint64_t most_entries(std::size_t items) {
+  return std::min<std::uint64_t>(32 * std::uint64_t{items} + 4096, std::numeric_limits<std::uint32_t>::max());
+}
+std::uint64_t most_looked_at(std::size_t items) { return 2 * most_entries(items); }
 
 }  // namespace
 
@@ -54,23 +57,26 @@ void Grid::choose_size(std::size_t items, std::uint32_t cells_per_item) {
   }
 }
 
+Grid::Block Grid::block(const Aabb& box) const {
+  Block block;
+  for (std::size_t i = 0; i < 3; ++i) {
+    // A thousandth of a cell dwarfs what `cells` rounds.
+    const int axis = static_cast<int>(i);
+    const double margin = width_[axis] * 1e-3;
+    const Range range = cells(axis, box.lo[axis] - margin, box.hi[axis] + margin);
+    block.first[i] = range.first;
+    block.last[i] = range.last;
+  }
+  return block;
+}
+
 template <typename Visit>
 void Grid::for_each_cell(const Items& items, std::uint32_t item, Visit&& visit) const {
-  const Aabb& box = items.boxes()[item];
-  Place first{}, last{};
-  bool one = true;
-  for (int i = 0; i < 3; ++i) {
-    // A thousandth of a cell dwarfs what `cells` rounds.
-    const double margin = width_[i] * 1e-3;
-    const Range range = cells(i, box.lo[i] - margin, box.hi[i] + margin);
-    first[static_cast<std::size_t>(i)] = range.first;
-    last[static_cast<std::size_t>(i)] = range.last;
-    one &= range.first == range.last;
-  }
+  const auto [first, last] = block(items.boxes()[item]);
   for (std::int32_t z = first[2]; z <= last[2]; ++z)
     for (std::int32_t y = first[1]; y <= last[1]; ++y)
       for (std::int32_t x = first[0]; x <= last[0]; ++x)
-        if (one || touches(items, item, cell_box({x, y, z}))) visit(number(x, y, z));
+        if (first == last || touches(items, item, cell_box({x, y, z}))) visit(number(x, y, z));
 }
 
 Grid::Grid(const Items& items, const BoxBound&, const AccelOptions& options) {
@@ -88,21 +94,22 @@ Grid::Grid(const Items& items, const BoxBound&, const AccelOptions& options) {
 
   // Counted, then sorted into place (a bucket sort); counted again with coarser cells while there are too many entries.
   std::vector<std::uint32_t> counts;
-  for (std::uint64_t entries = 0;; entries = 0) {
+  for (std::uint64_t entries = 0, looked_at = 0;; entries = looked_at = 0) {
     for (int i = 0; i < 3; ++i) {
       const std::int32_t size = size_[static_cast<std::size_t>(i)];
       width_[i] = (static_cast<double>(root_.hi[i]) - root_.lo[i]) / size;
       per_cell_[i] = width_[i] > 0 ? 1 / width_[i] : 0;
     }
     counts.assign(number(size_[0] - 1, size_[1] - 1, size_[2] - 1) + 2, 0);
-    for (const std::uint32_t item : kept) {
-      for_each_cell(items, item, [&](std::size_t cell) {
-        ++counts[cell + 1];
-        ++entries;
-      });
-      if (entries > most_entries(kept.size())) break;
+    for (const std::uint32_t item : kept) looked_at += block(items.boxes()[item]).cells();
+    if (looked_at <= most_looked_at(kept.size())) {
+      for (const std::uint32_t item : kept)
+        for_each_cell(items, item, [&](std::size_t cell) {
+          ++counts[cell + 1];
+          ++entries;
+        });
+      if (entries <= most_entries(kept.size())) break;
     }
-    if (entries <= most_entries(kept.size())) break;
     for (std::int32_t& size : size_) size = std::max(size / 2, 1);
   }
   used_cells_ = static_cast<std::uint64_t>(std::ranges::count_if(counts, [](auto n) { return n > 0; }));

@@ -34,9 +34,8 @@ class Grid {
   void visit(const Ray& ray, Transform::Error placed, float limit, Counter tally, Leaf&& leaf) const;
 
   AccelStats stats() const {
-    const std::uint64_t used = static_cast<std::uint64_t>(used_cells_);
     return {cell_begin_.size() * sizeof(std::uint32_t) + items_.size() * sizeof(std::uint32_t),
-            cell_begin_.empty() ? 0 : cell_begin_.size() - 1, used, cell_begin_.empty() ? 0U : 1U};
+            cell_begin_.empty() ? 0 : cell_begin_.size() - 1, used_cells_, cell_begin_.empty() ? 0U : 1U};
   }
 
  private:
@@ -59,6 +58,16 @@ class Grid {
                static_cast<std::size_t>(size_[0]) +
            static_cast<std::size_t>(x);
   }
+  /// Cells between two corners, both included.
+  struct Block {
+    Place first{}, last{};
+    std::uint64_t cells() const {
+      std::uint64_t product = 1;
+      for (std::size_t i = 0; i < 3; ++i) product *= static_cast<std::uint64_t>(last[i] - first[i] + 1);
+      return product;
+    }
+  };
+  Block block(const Aabb& box) const;
   Aabb cell_box(Place at) const;
   void choose_size(std::size_t items, std::uint32_t cells_per_item);
   template <typename Visit>

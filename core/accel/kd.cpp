@@ -89,7 +89,7 @@ class KdChooser {
   void try_bins(const CellItems<BoxCell>& at, std::uint32_t axis, Best& best) const {
     const int a = static_cast<int>(axis);
     const double lo = at.cell.bounds.lo[a], extent = at.cell.bounds.hi[a] - lo, scale = kBins / extent;
-    if (!(extent > 0) || !std::isfinite(scale)) return;
+    if (!(extent > 0) || !std::isfinite(extent) || !std::isfinite(scale)) return;
     std::array<std::size_t, kBins> begins{}, ends{};
     const auto bin = [&](float x) { return static_cast<std::size_t>(std::clamp((x - lo) * scale, 0.0, kBins - 1.0)); };
     for (const std::uint32_t item : at.items) {

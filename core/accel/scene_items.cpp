@@ -9,12 +9,12 @@
 namespace tessera {
 namespace {
 
-/// Points of all outlines together that the objects of a scene may be fitted by: 16 million take a second or two.
-/// Shapes with more points times instances are known by the corners of their boxes.
+/// Points of all objects' outlines together, instances counted: 16 million take a second or two. Shapes that would
+/// bring more are known by the corners of their boxes.
 constexpr std::size_t kMostPoints = 1 << 24;
 
-/// So few points are fitted sooner than thinned.
-constexpr std::size_t kFewPoints = 16;
+/// So few points, instances counted, are fitted sooner than thinned.
+constexpr std::size_t kFewPoints = 1 << 16;
 
 std::vector<Aabb> triangle_boxes(const TriangleMesh& mesh) {
   std::vector<Aabb> boxes(mesh.triangles.size());
@@ -31,23 +31,27 @@ Outline corners(const Aabb& box) {
   return outline;
 }
 
-/// The shape's outline with no more points than decide anything: those of its convex hull.
-Outline thinned_outline(const Shape& shape, std::size_t objects) {
-  Outline thinned = outline(shape);
-  if (thinned.points.size() > kFewPoints) HullBound().fit(thinned);
-  return thinned.points.size() * objects > kMostPoints ? corners(bounds(shape)) : thinned;
+/// The shape's outline, with the points of its convex hull alone where it has many; `points_left` of the scene's
+/// allowance are reduced by what it brings.
+Outline shape_outline(const Shape& shape, std::size_t objects, std::size_t& points_left) {
+  Outline seen = outline(shape);
+  if (seen.points.size() * objects > kFewPoints) HullBound().fit(seen);
+  if (seen.points.size() > points_left / objects) seen = corners(bounds(shape));
+  points_left -= std::min(points_left, seen.points.size() * objects);
+  return seen;
 }
 
 std::vector<Outline> shape_outlines(const Scene& scene, const AccelOptions& options) {
   std::vector<Outline> outlines(scene.shapes.size());
   if (options.kind == AccelKind::brute) return outlines;
+  std::size_t points_left = kMostPoints;
   std::vector<std::size_t> uses(scene.shapes.size(), 0);
   for (const Object& object : scene.objects)
     if (options.bound != BoundKind::box || object.placement) ++uses[object.shape];
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     if (uses[i] == 0) continue;
     outlines[i] = options.space == BoundSpace::object ? corners(bounds(scene.shapes[i]))
-                                                      : thinned_outline(scene.shapes[i], uses[i]);
+                                                      : shape_outline(scene.shapes[i], uses[i], points_left);
   }
   return outlines;
 }

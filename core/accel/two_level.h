@@ -80,8 +80,8 @@ class TwoLevel final : public Accel {
       sum.leaves += s.leaves;
       deepest = std::max(deepest, s.depth);
     }
-    sum.bytes += boxes_.size() * sizeof(Aabb) + own_.size() * sizeof(typename B::Volume);
-    for (const auto& volume : own_) sum.bytes += bound_.bytes(volume);
+    sum.bytes += boxes_.size() * sizeof(Aabb) + own_.size() * sizeof(OwnVolume);
+    for (const OwnVolume& own : own_) sum.bytes += bound_.bytes(own.volume);
     sum.depth += deepest;
     return sum;
   }
@@ -98,17 +98,24 @@ class TwoLevel final : public Accel {
         placed_ = {std::max(placed_.condition, e.condition), std::max(placed_.offset, e.offset)};
       }
     meshes_.reserve(scene_->shapes.size());
+    const TriangleMesh none;
     for (const Shape& shape : scene_->shapes) {
       const auto* mesh = std::get_if<TriangleMesh>(&shape);
-      meshes_.emplace_back(TriangleItems(mesh ? *mesh : TriangleMesh{}), bound, options);
+      meshes_.emplace_back(TriangleItems(mesh ? *mesh : none), bound, options);
     }
-    if (options.space == BoundSpace::world) return;
+    if (!Index::kCulls || options.space == BoundSpace::world) return;
     own_.reserve(scene_->shapes.size());
     for (const Shape& shape : scene_->shapes) {
       Outline all = outline(shape);
-      own_.push_back(bound_.fit(all));
+      own_.push_back({bounds(shape), bound_.fit(all)});
     }
   }
+
+  /// Around a shape, in its own space.
+  struct OwnVolume {
+    Aabb reach;
+    typename B::Volume volume;
+  };
 
   /// Runs `trace` with a tally that counts, or with one that costs nothing.
   template <typename Trace>
@@ -131,8 +138,8 @@ class TwoLevel final : public Accel {
   template <typename Counter>
   bool misses_own_volume(const Object& object, bool is_mesh, const Ray& ray, float limit, Counter tally) const {
     if (!tests_own_volume(object, is_mesh) || !is_traceable(ray)) return false;
-    const Aabb reach = bounds(scene_->shapes[object.shape]);
-    const bool misses = CullRay::misses(bound_.clipper(ray, reach, {}).clip(own_[object.shape]), ray.t_min, limit);
+    const OwnVolume& own = own_[object.shape];
+    const bool misses = CullRay::misses(bound_.clipper(ray, own.reach, {}).clip(own.volume), ray.t_min, limit);
     tally.volume(!misses);
     return misses;
   }
@@ -201,8 +208,8 @@ class TwoLevel final : public Accel {
   std::vector<Aabb> boxes_;
   B bound_;
   Index objects_;
-  std::vector<Index> meshes_;            ///< By shape; empty indices for what isn't a mesh.
-  std::vector<typename B::Volume> own_;  ///< By shape, in its own space; none where volumes stand in the world.
+  std::vector<Index> meshes_;   ///< By shape; empty indices for what isn't a mesh.
+  std::vector<OwnVolume> own_;  ///< By shape; none where volumes stand in the world.
   Transform::Error placed_;
 };
 

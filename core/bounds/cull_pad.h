@@ -30,6 +30,9 @@ inline double cull_pad(const Ray& ray, const Aabb& reach, Transform::Error place
   return 8 * kUnitRoundoff * (m + placed.condition * (o + m) + placed.offset) + 8 * kDenormalStep;
 }
 
+/// Added to a pad in t: where t is denormal, each of the plane test's float operations is off by a step of its own.
+inline constexpr double kDenormalSlack = 8 * kDenormalStep;
+
 /// The least slope of a ray against planes, as a share of |d|∞ · |n|₁ (see 2. above).
 inline constexpr float kLeastSlope = 0x1p-26F;
 

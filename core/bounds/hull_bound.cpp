@@ -41,13 +41,15 @@ float farthest_along(Vec3 n, const Aabb& box) {
 /// than samples and planes round.
 constexpr double kInside = 0x1p-18;
 
-/// Marks the points at corners of the hull and the ellipsoids not surely inside of it, counted as in `Extent`.
+/// Marks the points at corners of their own hull and the ellipsoids not surely inside that of the samples, counted as
+/// in `Extent`. Samples are rounded, so they may lie outside of what they are of: no point is left out on their word.
 std::vector<bool> decisive(const Outline& outline, const ConvexHull& hull, const std::vector<Vec3>& points) {
   const std::size_t n = outline.points.size();
   std::vector<bool> marked(n + outline.ellipsoids.size());
-  for (const std::uint32_t vertex : hull.vertices)
-    if (vertex < n) marked[vertex] = true;
-  if (outline.ellipsoids.empty()) return marked;
+  const bool only_points = outline.ellipsoids.empty();
+  for (const std::uint32_t vertex : only_points ? hull.vertices : convex_hull(outline.points).vertices)
+    marked[vertex] = true;
+  if (only_points) return marked;
 
   double size = 0;
   for (const std::uint32_t vertex : hull.vertices) size = std::max<double>(size, max_component(abs(points[vertex])));

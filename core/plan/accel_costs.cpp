@@ -90,8 +90,10 @@ double crowding_of(const std::vector<Vec3>& sample) {
   std::unordered_map<std::uint64_t, double> cells;
   for (const Vec3 p : sample) {
     std::uint64_t cell = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      cell = cell << 21 | (static_cast<std::uint64_t>((static_cast<double>(p[axis]) - box.lo[axis]) / side) & 0x1FFFFF);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double along = std::min((static_cast<double>(p[axis]) - box.lo[axis]) / side, double{1 << 20});
+      cell = cell << 21 | static_cast<std::uint64_t>(along);
+    }
     ++cells[cell];
   }
   double squares = 0;

@@ -31,8 +31,8 @@ std::optional<AccelKind> read_kind(std::optional<JsonCursor> value) {
 
 /// The names of the options that a kind reads; none for `automatic`.
 std::span<const string_view> options_of(AccelKind kind) {
-  const auto row = std::ranges::find(accel_table(), kind, &AccelEntry::kind);
-  return row == accel_table().end() ? std::span<const string_view>() : row->options;
+  const AccelEntry* row = accel_entry(kind);
+  return row ? row->options : std::span<const string_view>();
 }
 
 bool uses(AccelKind kind, string_view option) {
@@ -85,10 +85,17 @@ bool read_normals(JsonCursor value, std::vector<Vec3>& out) {
 }
 
 bool read_option(const AccelOptionEntry& option, JsonCursor value, AccelOptions& accel) {
-  if (option.number) return read(value, accel.*option.number, option.least, option.most);
-  if (option.name == "bound") return read_named(value, accel.bound, bound_names());
-  if (option.name == "space") return read_named(value, accel.space, space_names());
-  return read_normals(value, accel.normals);
+  switch (option.type) {
+    case AccelOptionType::number:
+      return read(value, accel.*option.number, option.least, option.most);
+    case AccelOptionType::bound:
+      return read_named(value, accel.bound, bound_names());
+    case AccelOptionType::space:
+      return read_named(value, accel.space, space_names());
+    case AccelOptionType::normals:
+      return read_normals(value, accel.normals);
+  }
+  return false;
 }
 
 }  // namespace
@@ -108,7 +115,7 @@ void read_accel(JsonCursor value, AccelOptions& accel) {
       given->error(in_quotes(option.name) + " goes with the bound " + name(*option.only_with) + "; here it is " +
                    name(accel.bound) + ".");
     } else if (!read_option(option, *given, accel)) {
-      bound_is_known &= option.name != "bound";
+      bound_is_known &= option.type != AccelOptionType::bound;
     }
   }
   fields.refuse_unknown();

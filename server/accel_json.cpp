@@ -15,29 +15,43 @@ using nlohmann::json;
 std::string_view bound_name(BoundKind bound) { return bound_names()[static_cast<std::size_t>(bound)]; }
 std::string_view space_name(BoundSpace space) { return space_names()[static_cast<std::size_t>(space)]; }
 
+json normals_json(const std::vector<Vec3>& normals) {
+  json list = json::array();
+  for (const Vec3 n : normals) list.push_back({n.x, n.y, n.z});
+  return list;
+}
+
 json value_json(const AccelOptionEntry& option, const AccelOptions& options) {
-  if (option.number) return options.*option.number;
-  if (option.name == "bound") return bound_name(options.bound);
-  if (option.name == "space") return space_name(options.space);
-  json normals = json::array();
-  for (const Vec3 n : options.normals) normals.push_back({n.x, n.y, n.z});
-  return normals;
+  switch (option.type) {
+    case AccelOptionType::number:
+      return options.*option.number;
+    case AccelOptionType::bound:
+      return bound_name(options.bound);
+    case AccelOptionType::space:
+      return space_name(options.space);
+    case AccelOptionType::normals:
+      return normals_json(options.normals);
+  }
+  return {};
+}
+
+json type_json(const AccelOptionEntry& option) {
+  switch (option.type) {
+    case AccelOptionType::number:
+      return {{"type", "integer"}, {"least", option.least}, {"most", option.most}};
+    case AccelOptionType::bound:
+      return {{"type", "word"}, {"values", bound_names()}};
+    case AccelOptionType::space:
+      return {{"type", "word"}, {"values", space_names()}};
+    case AccelOptionType::normals:
+      return {{"type", "normals"}, {"presets", kSlabPresets}, {"most", kMostNormals}};
+  }
+  return {};
 }
 
 json option_json(const AccelOptionEntry& option) {
   json row{{"name", option.name}, {"summary", option.summary}, {"default", value_json(option, {})}};
-  if (option.number) {
-    row["type"] = "integer";
-    row["least"] = option.least;
-    row["most"] = option.most;
-  } else if (option.name == "normals") {
-    row["type"] = "normals";
-    row["presets"] = kSlabPresets;
-    row["most"] = kMostNormals;
-  } else {
-    row["type"] = "word";
-    row["values"] = option.name == "bound" ? bound_names() : space_names();
-  }
+  row.update(type_json(option));
   if (option.only_with) row["only_with"] = {{"bound", bound_name(*option.only_with)}};
   return row;
 }
@@ -46,8 +60,8 @@ json option_json(const AccelOptionEntry& option) {
 
 json accel_options_json(const AccelOptions& options) {
   json values = json::object();
-  const auto row = std::ranges::find(accel_table(), options.kind, &AccelEntry::kind);
-  if (row == accel_table().end()) return values;
+  const AccelEntry* row = accel_entry(options.kind);
+  if (!row) return values;
   for (const AccelOptionEntry& option : accel_option_table()) {
     const bool is_read = std::ranges::find(row->options, option.name) != row->options.end();
     if (is_read && (!option.only_with || *option.only_with == options.bound))

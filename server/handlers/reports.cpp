@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -19,8 +18,8 @@ using Clock = JobTimes::Clock;
 
 /// Whether a structure is built for the job: not without rays to trace, nor of a kind that just tests everything.
 bool is_built(const PlanReport& plan) {
-  const auto row = std::ranges::find(accel_table(), plan.accel.kind, &AccelEntry::kind);
-  return plan.needs_structure && row->builds;
+  const AccelEntry* row = accel_entry(plan.accel.kind);
+  return plan.needs_structure && row && row->builds;
 }
 
 json candidates_json(const PlanReport& plan) {

@@ -31,8 +31,7 @@ std::vector<StructureChoice> structure_choices() {
 
 std::string color_of(AccelKind kind) {
   // In the table's order; brute force, the last resort, is grey.
-  const auto row = std::ranges::find(accel_table(), kind, &AccelEntry::kind);
-  const auto at = static_cast<std::size_t>(row - accel_table().begin());
+  const auto at = static_cast<std::size_t>(accel_entry(kind) - accel_table().data());
   return kColors[(at + kColors.size() - 1) % kColors.size()];
 }
 

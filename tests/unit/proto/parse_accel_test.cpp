@@ -42,10 +42,17 @@ std::string refused_at(const json& accel) {
 }
 
 json value_for(const AccelOptionEntry& option) {
-  if (option.number) return option.most;
-  if (option.name == "bound") return "sphere";
-  if (option.name == "space") return "object";
-  return 13;
+  switch (option.type) {
+    case AccelOptionType::number:
+      return option.most;
+    case AccelOptionType::bound:
+      return "sphere";
+    case AccelOptionType::space:
+      return "object";
+    case AccelOptionType::normals:
+      return 13;
+  }
+  return {};
 }
 
 /// The kind with the option, and with the bound that the option needs.

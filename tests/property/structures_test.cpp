@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
+#include "tests/support/moved_scene.h"
 #include "tests/support/same_hits.h"
 #include "tests/support/scenes.h"
 
@@ -39,14 +40,20 @@ Ray random_ray(Random& random, double size) {
   return ray;
 }
 
-void expect_agreement(const std::shared_ptr<const Scene>& scene, double size, std::uint64_t seed, int rays) {
+std::vector<Ray> random_rays(std::uint64_t seed, double size, int count) {
   Random random(seed);
-  std::vector<Ray> some;
-  for (int i = 0; i < rays; ++i) some.push_back(random_ray(random, size));
-  const auto known = known_rays(scene, some);
+  std::vector<Ray> rays;
+  for (int i = 0; i < count; ++i) rays.push_back(random_ray(random, size));
+  return rays;
+}
+
+void expect_agreement(const std::shared_ptr<const Scene>& scene, const std::vector<Ray>& rays, std::uint64_t seed,
+                      const std::vector<AccelOptions>& choices = accel_choices()) {
+  const auto known = known_rays(scene, rays);
+  EXPECT_EQ(count_hits(known) > 0, !scene->objects.empty()) << "scene " << seed;
   std::vector<std::uint32_t> all(scene->objects.size());
   std::iota(all.begin(), all.end(), 0U);
-  for (const AccelOptions& options : accel_choices()) {
+  for (const AccelOptions& options : choices) {
     const auto accel = make_accel(scene, options);
     const std::string what = describe(options) + ", scene " + std::to_string(seed);
     expect_same_hits(*accel, known, what);
@@ -56,17 +63,37 @@ void expect_agreement(const std::shared_ptr<const Scene>& scene, double size, st
 
 TEST(Structures, AgreeOnRandomScenes_Stress54) {
   const auto scenes = static_cast<std::uint64_t>(effort(8, 100));
-  for (std::uint64_t seed = 0; seed < scenes; ++seed) expect_agreement(random_scene(seed, 60), 10, seed, 1000);
+  for (std::uint64_t seed = 0; seed < scenes; ++seed)
+    expect_agreement(random_scene(seed, 60), random_rays(seed, 10, 1000), seed);
 }
 
-TEST(Structures, AgreeOnTinyHugeAndFarScenes) {
+TEST(Structures, AgreeWithEveryNumberAtItsLeastAndItsMost) {
+  const auto scenes = static_cast<std::uint64_t>(effort(3, 30));
+  for (std::uint64_t seed = 0; seed < scenes; ++seed)
+    expect_agreement(random_scene(seed, 150), random_rays(seed, 10, 300), seed, accel_extremes());
+}
+
+TEST(Structures, AgreeOnTinyAndHugeScenes) {
   const auto scenes = static_cast<std::uint64_t>(effort(4, 50));
   for (std::uint64_t seed = 0; seed < scenes; ++seed)
-    for (const double size : {1e-6, 1e6}) expect_agreement(random_scene(seed, 40, size), size, seed, 500);
+    for (const double size : {1e-6, 1e6})
+      expect_agreement(random_scene(seed, 40, size), random_rays(seed, size, 500), seed);
+}
+
+/// 10⁸ away floats are 8 apart, in scenes of size 10.
+TEST(Structures, AgreeOnFarScenes) {
+  const auto scenes = static_cast<std::uint64_t>(effort(8, 100));
+  for (std::uint64_t seed = 0; seed < scenes; ++seed) {
+    Random random(seed);
+    const Vec3d offset = std::pow(10.0, 5 + static_cast<double>(seed % 4)) * random.direction();
+    std::vector<Ray> rays = random_rays(seed, 10, 500);
+    for (Ray& ray : rays) move(ray.origin, offset);
+    expect_agreement(moved(*random_scene(seed, 40), offset), rays, seed);
+  }
 }
 
 TEST(Structures, AgreeOnOneTwoThreePrimitivesAndNone_Stress51) {
-  for (int count = 0; count <= 3; ++count) expect_agreement(random_scene(100, count), 10, 100, 500);
+  for (int count = 0; count <= 3; ++count) expect_agreement(random_scene(100, count), random_rays(100, 10, 500), 100);
 }
 
 TEST(Structures, MarkTheObjectsThatAreTested) {

@@ -43,7 +43,7 @@ TEST(StressStructures, FlatPointAndEmptyScenes_Stress44) {
     b.add(flat_quad(2, to_float({random.uniform(-5e4, 4e4), random.uniform(-5e4, 4e4), 0}), 1e4F, 3));
   const auto flat = b.build();
   std::vector<Ray> rays;
-  for (int i = 0; i < effort(1500, 100'000); ++i) {
+  for (int i = 0; i < effort(600, 100'000); ++i) {
     const Vec3 target = to_float({random.uniform(-5e4, 5e4), random.uniform(-5e4, 5e4), 0});
     const Vec3 origin = i % 3 == 0   ? target + Vec3{0, 0, 7}
                         : i % 3 == 1 ? to_float(random.in_cube() * 1e5)
@@ -85,7 +85,7 @@ TEST(StressStructures, WalksAlongCellBordersAndDiagonals_Stress45) {
   for (int i = 0; i < 40; ++i) b.add(flat_quad(i % 3, {whole(15), whole(15), whole(15)}, 1, 1));
   const auto scene = b.build();
   std::vector<Ray> rays;
-  for (int i = 0; i < effort(4000, 1'000'000); ++i) {
+  for (int i = 0; i < effort(2000, 1'000'000); ++i) {
     const auto half = [&] { return whole(41) * 0.5F - 2; };
     const auto sign = [&] { return random.bits() % 2 ? 1.0F : -1.0F; };
     Vec3 d{sign(), sign(), sign()};
@@ -171,8 +171,8 @@ TEST(StressStructures, CoordinatesOnSplitPlanesAndClusters_Stress48) {
     b.add(flat_quad(k % 3, {x, x, x}, x, x));
   }
   const auto scene = b.build();
-  std::vector<Ray> rays = rays_in(random, {{0, 0, 0}, {16, 16, 16}}, effort(1000, 50'000));
-  for (int i = 0; i < effort(1000, 50'000); ++i) {  // in the planes, and at the clusters
+  std::vector<Ray> rays = rays_in(random, {{0, 0, 0}, {16, 16, 16}}, effort(600, 50'000));
+  for (int i = 0; i < effort(600, 50'000); ++i) {  // in the planes, and at the clusters
     Vec3 origin{whole(34) / 2, whole(34) / 2, whole(34) / 2};
     Vec3 d{whole(3) - 1, whole(3) - 1, whole(3) - 1};
     if (i % 3 == 0) {

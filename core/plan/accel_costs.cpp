@@ -17,9 +17,9 @@ struct Level {
   double visits = 1;    ///< How often a ray comes to walk it.
 };
 
-constexpr double kTriangleTest = 16, kObjectTest = 44, kVolumeTest = 9;
-constexpr double kRay = 350;    ///< Of a ray, whatever it meets.
-constexpr double kSetUp = 150;  ///< Of a ray, for one index.
+constexpr double kTriangleTest = 16, kObjectTest = 30, kVolumeTest = 9;
+constexpr double kRay = 20;    ///< Of a ray, whatever it meets.
+constexpr double kSetUp = 20;  ///< Of a ray, for one index.
 
 /// Build and walk of one kind over one level, in nanoseconds.
 struct Cost {
@@ -31,13 +31,13 @@ double log2_of(double items) { return std::log2(items + 1); }
 
 /// A hierarchy of boxes, against which the other trees are told.
 Cost tree_of_boxes(const Level& level) {
-  return {60 * level.items * log2_of(level.items), kSetUp + 30 * log2_of(level.items) + level.test_ns};
+  return {48 * level.items * log2_of(level.items), kSetUp + 18 * log2_of(level.items) + level.test_ns};
 }
 
 /// A bound an object, or √n bounds of √n triangles each, of which a ray enters one or two.
 Cost flat_list(const Level& level, bool of_primitives) {
   const double groups = of_primitives ? std::sqrt(level.items) : level.items;
-  const double tests = of_primitives ? 0.8 * groups : 2;
+  const double tests = of_primitives ? 1.2 * groups : 2;
   return {20 * level.items * log2_of(level.items), 2 * kSetUp + kVolumeTest * groups + tests * level.test_ns};
 }
 
@@ -49,13 +49,13 @@ Cost cost_of(AccelKind kind, const Level& level, bool of_primitives) {
     case AccelKind::bounds:
       return flat_list(level, of_primitives);
     case AccelKind::grid:
-      return {900 * level.items, 2 * kSetUp + 18 * std::cbrt(level.items) + level.crowding * level.test_ns};
+      return {700 * level.items, 3 * kSetUp + 16 * std::cbrt(level.items) + level.crowding * level.test_ns};
     case AccelKind::octree:
-      return {1000 * level.items, tree.walk * 1.1 + std::sqrt(level.crowding) * level.test_ns};
+      return {1000 * level.items, tree.walk * 1.4 + std::sqrt(level.crowding) * level.test_ns};
     case AccelKind::kd:
-      return {7 * tree.build, tree.walk * 1.03};
+      return {8 * tree.build, tree.walk * 1.1};
     case AccelKind::bsp:
-      return {60'000 * level.items, tree.walk};
+      return {50'000 * level.items, tree.walk * 1.2};
     default:
       return tree;
   }
@@ -68,11 +68,11 @@ struct BoundFactors {
 BoundFactors factors(BoundKind bound) {
   switch (bound) {
     case BoundKind::sphere:
-      return {5.5, 1.35};
+      return {7, 2.4};
     case BoundKind::slabs:
-      return {2, 1.2};
+      return {2.5, 1.6};
     case BoundKind::hull:
-      return {18, 2};
+      return {25, 3.5};
     default:
       return {1, 1};
   }

@@ -12,9 +12,11 @@ namespace {
 /// Items of one index: the objects of a scene, or the triangles of a mesh.
 struct Level {
   double items = 0;
-  double test_ns = 0;   ///< Of one item.
-  double crowding = 1;  ///< How many items share the grid cell of an item, on average over the items.
-  double visits = 1;    ///< How often a ray comes to walk it.
+  double test_ns = 0;    ///< Of one item.
+  double crowding = 1;   ///< How many items share the grid cell of an item, on average over the items.
+  double boxes_met = 1;  ///< Items whose box a ray through the whole passes.
+  double cells_met = 1;  ///< Items whose cells it passes, where cells are small.
+  double visits = 1;     ///< How often a ray comes to walk it.
 };
 
 constexpr double kTriangleTest = 16, kObjectTest = 30, kVolumeTest = 9;
@@ -29,8 +31,15 @@ struct Cost {
 
 double log2_of(double items) { return std::log2(items + 1); }
 
-/// A hierarchy of boxes, against which the other trees are told.
-Cost tree_of_boxes(const Level& level) {
+/// What a ray pays for items that it meets but doesn't hit. A few are met in any mesh, and stand in the rest of the
+/// walk.
+double detours(const Level& level, double met) {
+  constexpr double kUsual = 4;
+  return std::max(0.0, met - kUsual) * (2 * kVolumeTest + level.test_ns);
+}
+
+/// A tree over anything, but for detours: what trees differ in is told against it.
+Cost tree_of(const Level& level) {
   return {48 * level.items * log2_of(level.items), kSetUp + 18 * log2_of(level.items) + level.test_ns};
 }
 
@@ -42,22 +51,24 @@ Cost flat_list(const Level& level, bool of_primitives) {
 }
 
 Cost cost_of(AccelKind kind, const Level& level, bool of_primitives) {
-  const Cost tree = tree_of_boxes(level);
+  const Cost tree = tree_of(level);
+  const double beside_boxes = detours(level, level.boxes_met), beside_cells = detours(level, level.cells_met);
   switch (kind) {
     case AccelKind::brute:
       return {0, level.items * level.test_ns};
     case AccelKind::bounds:
       return flat_list(level, of_primitives);
     case AccelKind::grid:
-      return {700 * level.items, 3 * kSetUp + 16 * std::cbrt(level.items) + level.crowding * level.test_ns};
+      return {700 * level.items,
+              3 * kSetUp + 16 * std::cbrt(level.items) + level.crowding * level.test_ns + beside_cells};
     case AccelKind::octree:
-      return {1000 * level.items, tree.walk * 1.4 + std::sqrt(level.crowding) * level.test_ns};
+      return {1000 * level.items, tree.walk * 1.4 + std::sqrt(level.crowding) * level.test_ns + beside_cells};
     case AccelKind::kd:
-      return {8 * tree.build, tree.walk * 1.1};
+      return {8 * tree.build, tree.walk * 1.1 + beside_cells};
     case AccelKind::bsp:
-      return {50'000 * level.items, tree.walk * 1.2};
+      return {50'000 * level.items, tree.walk * 1.2 + beside_cells};
     default:
-      return tree;
+      return {tree.build, tree.walk + beside_boxes};
   }
 }
 
@@ -78,47 +89,81 @@ BoundFactors factors(BoundKind bound) {
   }
 }
 
-/// The mean over items of how many lie in the same cell of a grid with four cells an item; of a sample of the items,
-/// for which the same holds.
-double crowding_of(const std::vector<Vec3>& sample) {
+/// Some of the items of a level, each standing for `weight` of them.
+struct Sample {
+  struct Item {
+    Aabb box;
+    double half_surface;  ///< Of the item itself, both sides: at most that of its box.
+  };
+  std::vector<Item> items;
+  double weight = 1;
+};
+
+/// Every n-th of `count` items, some thousands of them at most.
+template <typename At>
+Sample sample_of(std::size_t count, At&& at) {
+  constexpr std::size_t kMost = 4096;
+  const std::size_t step = count / kMost + 1;
+  Sample sample;
+  for (std::size_t i = 0; i < count; i += step) sample.items.push_back(at(i));
+  if (count > 0) sample.weight = static_cast<double>(count) / static_cast<double>(sample.items.size());
+  return sample;
+}
+
+Aabb box_of(const Sample& sample) {
   Aabb box;
-  for (const Vec3 p : sample) box.extend(p);
-  const Vec3d extent = to_double(box.hi) - to_double(box.lo);
-  const double volume = extent.x * extent.y * extent.z;
-  if (sample.empty() || !(volume > 0) || !std::isfinite(volume)) return 1;
-  const double side = std::cbrt(volume / (4 * static_cast<double>(sample.size())));
+  for (const Sample::Item& item : sample.items) box.extend(item.box);
+  return box;
+}
+
+/// How many items share the cell of an item, on average, in a grid with four cells an item: as the sample tells.
+double crowding_of(const Sample& sample, const Aabb& all, double side) {
+  side *= std::cbrt(sample.weight);
   std::unordered_map<std::uint64_t, double> cells;
-  for (const Vec3 p : sample) {
+  for (const Sample::Item& item : sample.items) {
     std::uint64_t cell = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      const double along = std::min((static_cast<double>(p[axis]) - box.lo[axis]) / side, double{1 << 20});
-      cell = cell << 21 | static_cast<std::uint64_t>(along);
+      const double along = (static_cast<double>(item.box.center()[axis]) - all.lo[axis]) / side;
+      cell = cell << 21 | static_cast<std::uint64_t>(std::clamp(along, 0.0, double{1 << 20}));
     }
     ++cells[cell];
   }
   double squares = 0;
   for (const auto& [cell, count] : cells) squares += count * count;
-  return squares / static_cast<double>(sample.size());
+  return squares / static_cast<double>(sample.items.size());
 }
 
-constexpr std::size_t kSample = 4096;
-
-/// Every n-th of `count` things, `kSample` of them at most.
-template <typename At>
-std::vector<Vec3> sample_of(std::size_t count, At&& at) {
-  std::vector<Vec3> sample;
-  const std::size_t step = count / kSample + 1;
-  for (std::size_t i = 0; i < count; i += step) sample.push_back(at(i));
-  return sample;
+/// What the sizes and places of items make of a level. A ray through a convex body meets another one inside it with the
+/// share that its surface has (Crofton); cells around a flat or thin item have hardly more surface than it itself.
+Level level_of(const Sample& sample, double test_ns, double visits) {
+  Level level;
+  level.items = sample.weight * static_cast<double>(sample.items.size());
+  level.test_ns = test_ns;
+  level.visits = visits;
+  const Aabb all = box_of(sample);
+  const Vec3d extent = to_double(all.hi) - to_double(all.lo);
+  const double side = std::cbrt(extent.x * extent.y * extent.z / (4 * level.items)), surface = half_area(all);
+  if (sample.items.empty() || !(side > 0) || !std::isfinite(surface)) return level;
+  level.crowding = crowding_of(sample, all, side);
+  level.boxes_met = level.cells_met = 0;
+  for (const auto& [box, half_surface] : sample.items) {
+    const double in_box = half_area(box) / surface;
+    const double longest = max_component(to_double(box.hi) - to_double(box.lo));
+    level.boxes_met += sample.weight * in_box;
+    level.cells_met += sample.weight * std::min(in_box, (half_surface + longest * side) / surface);
+  }
+  return level;
 }
 
 Level mesh_level(const TriangleMesh& mesh, double visits) {
-  const auto centre = [&](std::size_t i) {
+  const auto item = [&](std::size_t i) {
     const TriangleIndices& t = mesh.triangles[i];
-    return (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1 / 3.0F);
+    const Vec3 a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+    Sample::Item out{{}, length(cross(to_double(b) - to_double(a), to_double(c) - to_double(a))) / 2};
+    for (const Vec3 corner : {a, b, c}) out.box.extend(corner);
+    return out;
   };
-  const std::size_t count = mesh.triangles.size();
-  return {static_cast<double>(count), kTriangleTest, crowding_of(sample_of(count, centre)), visits};
+  return level_of(sample_of(mesh.triangles.size(), item), kTriangleTest, visits);
 }
 
 struct Levels {
@@ -142,8 +187,8 @@ Levels levels_of(const Scene& scene) {
   }
   const double scale = sum > kMostVisits ? kMostVisits / sum : 1;
   Levels levels;
-  const auto centre = [&](std::size_t i) { return boxes[i].center(); };
-  levels.objects = {static_cast<double>(boxes.size()), kObjectTest, crowding_of(sample_of(boxes.size(), centre)), 1};
+  const auto item = [&](std::size_t i) { return Sample::Item{boxes[i], half_area(boxes[i])}; };
+  levels.objects = level_of(sample_of(boxes.size(), item), kObjectTest, 1);
   for (std::size_t i = 0; i < scene.shapes.size(); ++i)
     if (const auto* mesh = std::get_if<TriangleMesh>(&scene.shapes[i]); mesh && visits[i] > 0)
       levels.meshes.push_back(mesh_level(*mesh, visits[i] * scale));

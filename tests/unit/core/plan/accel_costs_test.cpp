@@ -54,6 +54,19 @@ TEST(AccelCosts, KnowThatAGridDoesntSuitATeapotInAStadium) {
             5 * of(estimate_accels(*even, 1e5), AccelKind::grid).trace_seconds);
 }
 
+TEST(AccelCosts, KnowThatBoxesDontSuitNeedles) {
+  TriangleMesh needles;
+  Random random(1);
+  for (std::uint32_t i = 0; i < 3 * 2000; i += 3) {
+    const Vec3d middle = random.in_cube(), along = random.direction(), aside = random.direction() * 1e-5;
+    for (const Vec3d p : {middle - along, middle + along, middle + along + aside})
+      needles.positions.push_back(to_float(p));
+    needles.triangles.push_back({i, i + 1, i + 2});
+  }
+  const auto estimates = estimate_accels(*SceneBuilder().add(needles).build(), 1e5);
+  EXPECT_LT(2 * of(estimates, AccelKind::grid).trace_seconds, of(estimates, AccelKind::bvh).trace_seconds);
+}
+
 TEST(AccelCosts, HoldForEmptyAndFlatScenes) {
   for (const auto& scene : {SceneBuilder().build(), SceneBuilder().add(grid_plane(4)).build()})
     for (const AccelEstimate& e : estimate_accels(*scene, 10))

@@ -14,7 +14,7 @@ class OctreeChooser {
   OctreeChooser(const Items& items, const AccelOptions& options)
       : items_(items),
         leaf_size_(options.leaf_size),
-        most_depth_(3 * (options.max_depth != 0 ? options.max_depth : kMostLevels)) {}
+        most_depth_(3 * (options.max_depth != 0 ? std::min(options.max_depth, kMostLevels) : kMostLevels)) {}
 
   static BoxCell root(const Aabb& box) { return {box}; }
 

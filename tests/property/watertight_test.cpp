@@ -10,14 +10,14 @@ namespace tessera {
 namespace {
 
 /// Every choice for small meshes. The ordinary run tries larger ones in each kind of structure once, and in a hierarchy
-/// of each bound while that is quick to build; in a BSP, which takes minutes to build, not at all.
+/// of each bound, and in a BSP, while that is quick to build.
 std::vector<AccelOptions> choices_for(const TriangleMesh& mesh) {
-  constexpr std::size_t kSmall = 1500, kLarge = 15'000;
+  constexpr std::size_t kSmall = 1500, kMedium = 6000, kLarge = 15'000;
   std::vector<AccelOptions> choices = accel_choices();
   const std::size_t triangles = mesh.triangles.size();
   if (triangles <= kSmall || long_tests()) return choices;
   std::erase_if(choices, [&](const AccelOptions& o) {
-    if (o.kind == AccelKind::bsp) return true;
+    if (o.kind == AccelKind::bsp && triangles > kMedium) return true;
     if (o.kind == AccelKind::bvh && o.space == BoundSpace::world)
       return triangles > kLarge && o.bound != BoundKind::box;
     return o != AccelOptions{o.kind};

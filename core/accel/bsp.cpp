@@ -8,10 +8,6 @@
 namespace tessera {
 namespace {
 
-/// What crossing a plane of any direction costs against testing an item.
-constexpr double kStepCost = 1;
-constexpr double kEmptyBonus = 0.8;
-
 /// Takes the plane of the least surface area cost among many directions (Ize, Wald & Parker 2008): in large nodes the
 /// three axes, in smaller ones also the diagonals of the 13-DOP (Kammaje & Mora 2007) and the planes of some of the
 /// node's own triangles.
@@ -49,11 +45,7 @@ class BspChooser {
 
     const auto best = std::ranges::min_element(candidates, {}, &Candidate::cost);
     if (best == candidates.end()) return std::nullopt;
-    const auto leaf_cost = static_cast<double>(at.items.size());
-    const bool pays = best->cost < leaf_cost;
-    if (!pays && (at.items.size() <= leaf_size_ || best->cost > 4 * leaf_cost || at.bad_cuts >= kMostBadCuts))
-      return std::nullopt;
-    return Cut<FreePlane>{best->plane, !pays};
+    return if_worthwhile(best->plane, best->cost, at, leaf_size_);
   }
 
  private:
@@ -61,7 +53,6 @@ class BspChooser {
   static constexpr std::size_t kOwnPlanes = 4;
   static constexpr std::size_t kClosestLook = 3;
   static constexpr std::size_t kBins = 16;
-  static constexpr std::uint32_t kMostBadCuts = 3;
 
   struct Candidate {
     FreePlane plane;
@@ -132,7 +123,7 @@ class BspChooser {
     const double tests = (lower.half_surface() * static_cast<double>(candidate.below) +
                           upper.half_surface() * static_cast<double>(candidate.above)) /
                          surface;
-    return kStepCost + (candidate.below == 0 || candidate.above == 0 ? kEmptyBonus : 1) * tests;
+    return cost_of_cut(tests, candidate.below, candidate.above);
   }
 
   const Items& items_;

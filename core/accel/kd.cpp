@@ -6,12 +6,7 @@
 namespace tessera {
 namespace {
 
-/// What visiting a node costs against testing an item, measured on the SPD scenes.
-constexpr double kStepCost = 1;
-/// A cut that leaves one side empty is worth this much less than its estimate.
-constexpr double kEmptyBonus = 0.8;
-
-/// Takes the axis-aligned plane of the least surface area cost (MacDonald & Booth 1990): among the items' own bounds in
+/// Takes the axis-aligned plane of the least surface area cost: among the items' own bounds in
 /// small nodes, among the borders of bins in large ones.
 class KdChooser {
  public:
@@ -25,11 +20,7 @@ class KdChooser {
 
   static BoxCell root(const Aabb& box) { return {box}; }
 
-  Extent extent(std::uint32_t item, const AxisPlane& plane) const {
-    const int axis = static_cast<int>(plane.axis);
-    const Aabb& box = items_.boxes()[item];
-    return {static_cast<double>(box.lo[axis]) - plane.position, static_cast<double>(box.hi[axis]) - plane.position};
-  }
+  Extent extent(std::uint32_t item, const AxisPlane& plane) const { return extent_from(plane, items_.boxes()[item]); }
 
   std::optional<Cut<AxisPlane>> choose(const CellItems<BoxCell>& at) const {
     if (at.items.size() <= 1 || at.depth >= most_depth_) return std::nullopt;
@@ -40,17 +31,13 @@ class KdChooser {
       else
         try_bins(at, axis, best);
     }
-    const auto leaf_cost = static_cast<double>(at.items.size());
-    const bool pays = best.cost < leaf_cost;
-    if (best.cost == kInfinity || (!pays && at.items.size() <= leaf_size_)) return std::nullopt;
-    if (!pays && (best.cost > 4 * leaf_cost || at.bad_cuts >= kMostBadCuts)) return std::nullopt;
-    return Cut<AxisPlane>{best.plane, !pays};
+    if (best.cost == kInfinity) return std::nullopt;
+    return if_worthwhile(best.plane, best.cost, at, leaf_size_);
   }
 
  private:
   static constexpr std::size_t kFewItems = 24;
   static constexpr int kBins = 32;
-  static constexpr std::uint32_t kMostBadCuts = 3;
 
   struct Best {
     AxisPlane plane;
@@ -63,11 +50,10 @@ class KdChooser {
     const auto [lower, upper] = cell.parts(plane);
     const double area = half_area(cell.bounds);
     if (!(area > 0)) return;
-    const double bonus = below == 0 || above == 0 ? kEmptyBonus : 1;
     const double tests =
         (half_area(lower.bounds) * static_cast<double>(below) + half_area(upper.bounds) * static_cast<double>(above)) /
         area;
-    const double cost = kStepCost + bonus * tests;
+    const double cost = cost_of_cut(tests, below, above);
     if (cost < best.cost) best = {plane, cost};
   }
 

@@ -18,11 +18,7 @@ class OctreeChooser {
 
   static BoxCell root(const Aabb& box) { return {box}; }
 
-  Extent extent(std::uint32_t item, const AxisPlane& plane) const {
-    const int axis = static_cast<int>(plane.axis);
-    const Aabb& box = items_.boxes()[item];
-    return {static_cast<double>(box.lo[axis]) - plane.position, static_cast<double>(box.hi[axis]) - plane.position};
-  }
+  Extent extent(std::uint32_t item, const AxisPlane& plane) const { return extent_from(plane, items_.boxes()[item]); }
 
   std::optional<Cut<AxisPlane>> choose(const CellItems<BoxCell>& at) const {
     if (at.items.size() <= leaf_size_ || at.depth >= most_depth_ || is_small(at)) return std::nullopt;

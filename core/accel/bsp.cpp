@@ -30,7 +30,7 @@ class BspChooser {
   }
 
   std::optional<Cut<FreePlane>> choose(const CellItems<ConvexCell>& at) const {
-    if (at.items.size() <= 1 || at.depth >= most_depth_) return std::nullopt;
+    if (at.items.size() <= 1 || at.depth >= most_depth_ || at.cell.corner_count() > kMostCorners) return std::nullopt;
     // Cutting the cell up to learn the parts' surfaces is what costs, so only the most promising planes come so far.
     std::vector<Candidate> candidates;
     const bool is_large = at.items.size() > kManyItems;
@@ -50,6 +50,8 @@ class BspChooser {
 
  private:
   static constexpr std::size_t kManyItems = 512;
+  /// A cell of more corners costs more to cut than its items to test.
+  static constexpr std::size_t kMostCorners = 512;
   static constexpr std::size_t kOwnPlanes = 4;
   static constexpr std::size_t kClosestLook = 3;
   static constexpr std::size_t kBins = 16;

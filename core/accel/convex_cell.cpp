@@ -3,12 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 namespace tessera {
 namespace {
 
-/// Corners of a convex polygon in its plane, put in order around their middle.
+bool is_before(Vec3d a, Vec3d b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
+/// Where an edge crosses a plane, given its ends' distances from it: the same point whichever face asks.
+Vec3d crossing(Vec3d a, double da, Vec3d b, double db) {
+  if (is_before(b, a)) return crossing(b, db, a, da);
+  return a + (b - a) * (da / (da - db));
+}
+
+/// Corners of a convex polygon in its plane, each once, put in order around their middle.
 std::vector<Vec3d> in_order(std::vector<Vec3d> corners, Vec3d normal) {
+  std::ranges::sort(corners, is_before);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   Vec3d middle;
   for (const Vec3d c : corners) middle = middle + c / static_cast<double>(corners.size());
   const Vec3d a = abs(normal);
@@ -56,7 +67,7 @@ std::pair<ConvexCell, ConvexCell> ConvexCell::parts(const FreePlane& plane) cons
       if (da <= 0) lower.push_back(a);
       if (da >= 0) upper.push_back(a);
       if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
-        const Vec3d between = a + (b - a) * (da / (da - db));
+        const Vec3d between = crossing(a, da, b, db);
         lower.push_back(between);
         upper.push_back(between);
         cut.push_back(between);
@@ -67,9 +78,11 @@ std::pair<ConvexCell, ConvexCell> ConvexCell::parts(const FreePlane& plane) cons
     if (lower.size() >= 3) below.faces_.push_back(std::move(lower));
     if (upper.size() >= 3) above.faces_.push_back(std::move(upper));
   }
-  if (cut.size() >= 3 && !below.faces_.empty() && !above.faces_.empty()) {
-    below.faces_.push_back(in_order(std::move(cut), n));
-    above.faces_.push_back(below.faces_.back());
+  if (below.faces_.empty() || above.faces_.empty()) return {std::move(below), std::move(above)};
+  Polygon cap = in_order(std::move(cut), n);
+  if (cap.size() >= 3) {
+    below.faces_.push_back(cap);
+    above.faces_.push_back(std::move(cap));
   }
   return {std::move(below), std::move(above)};
 }
@@ -82,6 +95,12 @@ double ConvexCell::half_surface() const {
     twice += length(sum);
   }
   return twice / 4;
+}
+
+std::size_t ConvexCell::corner_count() const {
+  std::size_t count = 0;
+  for (const Polygon& face : faces_) count += face.size();
+  return count;
 }
 
 Aabb ConvexCell::box() const {

@@ -20,6 +20,9 @@ class ConvexCell {
   /// Half the surface, as `half_area` of a box.
   double half_surface() const;
 
+  /// Of all faces together: about six times the number of planes that bound the cell.
+  std::size_t corner_count() const;
+
   /// The box of all corners, 2^-40 of the coordinates wider; empty for an empty cell.
   Aabb box() const;
 

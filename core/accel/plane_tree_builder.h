@@ -52,6 +52,7 @@ class PlaneTreeBuilder {
       }
     if (all.empty()) return std::move(tree_);
     tree_.nodes.emplace_back();
+    most_nodes_ = kMostNodesPerItem * all.size() + 4096;
     const double room = kMostEntriesPerItem * static_cast<double>(all.size());
     node(0, chooser_.root(tree_.root), std::move(all), room, 0, 0);
     tree_.nodes.shrink_to_fit();
@@ -62,11 +63,14 @@ class PlaneTreeBuilder {
   /// Entries in all leaves together stay below this many times the items; each part gets its share of the room.
   static constexpr double kMostEntriesPerItem = 12;
 
+  /// Only made-up input comes near it: chains of cells that cut off nothing but empty space.
+  static constexpr std::size_t kMostNodesPerItem = 64;
+
   void node(std::uint32_t at, const Cell& cell, std::vector<std::uint32_t> items, double room, std::uint32_t depth,
             std::uint32_t bad_cuts) {
     tree_.depth = std::max(tree_.depth, depth + 1);
-    const auto cut =
-        depth + 2 < PlaneNodes<Plane>::kMostDepth ? chooser_.choose({cell, items, depth, bad_cuts}) : std::nullopt;
+    const bool has_room = depth + 2 < PlaneNodes<Plane>::kMostDepth && tree_.nodes.size() < most_nodes_;
+    const auto cut = has_room ? chooser_.choose({cell, items, depth, bad_cuts}) : std::nullopt;
     if (!cut) return leaf(at, items);
     const auto [below, above] = cell.parts(cut->plane);
     std::vector<std::uint32_t> lower, upper;
@@ -98,6 +102,7 @@ class PlaneTreeBuilder {
   const Items& items_;
   Chooser chooser_;
   PlaneNodes<Plane> tree_;
+  std::size_t most_nodes_ = 0;
 };
 
 /// A box as a cell.

@@ -26,6 +26,9 @@ struct Render {
     const proto::JobStatus ended = follow(session, submitted.id);
     if (ended.state != proto::JobState::completed) return;
     image.save(client, ended.id);
+    if (image.image.aov.empty() && !scene.options.aovs.empty())
+      std::cerr << "note: " << image.output << " holds the colour; 'tessera fetch " << ended.id
+                << " --aov NAME -o FILE' writes a plane\n";
     report(session, ended);
   }
 

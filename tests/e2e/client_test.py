@@ -154,6 +154,11 @@ class Commands(ClientTest):
         self.assertIn("    bound=box|sphere|slabs|hull ", listed)
         self.assertIn("    leaf_size=1..255 ", listed)
 
+    def test_render_says_where_planes_are_that_an_image_has_no_room_for(self):
+        self.write("scene.json", SPHERE)
+        done = self.tessera("render", "scene.json", "-o", "a.png", "--size", "8x8", "--aov", "normal")
+        self.assertRegex(done.stderr, r"(?m)^note: a\.png holds the colour; 'tessera fetch \S+ --aov NAME -o FILE'")
+
     def test_render_writes_recorded_aovs_into_one_exr(self):
         self.write("scene.json", SPHERE)
         self.tessera("render", "scene.json", "-o", "a.exr", "--size", "8x8", "--aov", "normal", "--aov", "depth")

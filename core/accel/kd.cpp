@@ -6,8 +6,8 @@
 namespace tessera {
 namespace {
 
-/// Takes the axis-aligned plane of the least surface area cost: among the items' own bounds in
-/// small nodes, among the borders of bins in large ones.
+/// Takes the axis-aligned plane of the least surface area cost: among the items' own bounds in small nodes, among the
+/// borders of bins in large ones.
 class KdChooser {
  public:
   using Plane = AxisPlane;

@@ -24,7 +24,7 @@ class TwoLevel final : public Accel {
   using B = typename Index::BoundType;
 
   TwoLevel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const B& bound = {})
-      : TwoLevel(std::move(scene), options, bound, nullptr) {}
+      : TwoLevel(scene, options, bound, ObjectItems(*scene, options)) {}
 
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override {
     return counted(log, [&](auto tally) -> std::optional<Hit> {
@@ -87,9 +87,6 @@ class TwoLevel final : public Accel {
   }
 
  private:
-  TwoLevel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const B& bound, std::nullptr_t)
-      : TwoLevel(scene, options, bound, ObjectItems(*scene, options)) {}
-
   TwoLevel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const B& bound, const ObjectItems& items)
       : scene_(std::move(scene)), boxes_(items.boxes()), bound_(bound), objects_(items, bound, options) {
     for (const Object& object : scene_->objects)

@@ -22,6 +22,8 @@ template <typename Index>
 class TwoLevel final : public Accel {
  public:
   using B = typename Index::BoundType;
+  using Accel::closest;
+  using Accel::occluded;
 
   TwoLevel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const B& bound = {})
       : TwoLevel(scene, options, bound, ObjectItems(*scene, options)) {}

@@ -3,97 +3,148 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 #include <vector>
 
-#include "core/accel/topology.h"
+#include "core/accel/wide/binary_builder.h"
+#include "core/accel/wide/collapse.h"
 #include "core/accel/wide/wide_layout.h"
+#include "core/accel/wide/work_crew.h"
 
 namespace tessera {
 namespace {
 
-struct Storage {
-  std::vector<WideNode> nodes;
-  std::vector<std::uint32_t> leaves;
+/// How much wide nodes and leaves take; and while they are laid out, where the next go.
+struct Extent {
+  std::uint64_t nodes = 0, words = 0, leaves = 0;
+  std::uint32_t depth = 0;
+
+  void add(const Extent& other) {
+    nodes += other.nodes;
+    words += other.words;
+    leaves += other.leaves;
+    depth = std::max(depth, other.depth);
+  }
 };
 
-class Collapse {
- public:
-  Collapse(const TriangleMesh& mesh, const Topology& binary, Storage& out, AccelStats& stats)
-      : mesh_(mesh), binary_(binary), out_(out), stats_(stats) {}
+struct Storage {
+  Scratch<WideNode> nodes;
+  Scratch<std::uint32_t> leaves;
+};
 
-  /// Appends the wide node that stands for a node of the binary tree, and all below it.
-  std::uint32_t node(std::uint32_t root, std::uint32_t depth) {
-    stats_.depth = std::max(stats_.depth, depth);
-    std::array<std::uint32_t, WideNode::kChildren> below{root};
-    std::size_t count = 1;
-    while (count < WideNode::kChildren) {
-      const auto widest = std::max_element(below.begin(), below.begin() + count,
-                                           [&](std::uint32_t a, std::uint32_t b) { return gain(a) < gain(b); });
-      if (gain(*widest) < 0) break;
-      const std::uint32_t first = binary_.nodes[*widest].first;
-      *widest = first;
-      below[count++] = first + 1;
+/// A subtree that one thread lays out.
+struct Job {
+  std::uint32_t binary;  ///< Its root among the binary nodes,
+  std::uint64_t wide;    ///< and among the wide ones.
+  std::uint32_t depth;   ///< Levels down to its root, that included.
+  Extent extent{};       ///< Of what lies below its root.
+};
+
+/// Collapses a binary tree into wide nodes, depth-first, siblings side by side: once to learn how much that takes, once
+/// more to write it.
+class Layout {
+ public:
+  Layout(const TriangleMesh& mesh, const BinaryTree& binary, unsigned threads) : mesh_(mesh), binary_(binary) {
+    Extent top{.nodes = 1, .depth = 1};
+    lay_out(root(), top, &jobs_);
+    for_each_index(jobs_.size(), threads, [&](std::size_t i) { lay_out(jobs_[i], jobs_[i].extent, nullptr); });
+    extent_ = top;
+    for (const Job& job : jobs_) extent_.add(job.extent);
+    if (extent_.words / 4 > WideChild::kMostQuads)
+      throw std::length_error("a mesh has more triangles than a wide hierarchy has room for (2 GiB of leaves)");
+    storage_ = std::make_shared<Storage>(
+        Storage{Scratch<WideNode>(extent_.nodes), Scratch<std::uint32_t>(extent_.words + WideTree::kSlack)});
+    std::vector<Extent> starts;
+    Extent next = top;
+    for (const Job& job : jobs_) {
+      starts.push_back(next);
+      next.add(job.extent);
     }
-    std::array<Aabb, WideNode::kChildren> boxes;
-    for (std::size_t i = 0; i < count; ++i) boxes[i] = binary_.nodes[below[i]].box;
-    const auto self = static_cast<std::uint32_t>(out_.nodes.size());
-    out_.nodes.push_back(make_wide_node({boxes.data(), count}));
-    for (std::size_t i = 0; i < count; ++i) {
-      const Topology::Node& child = binary_.nodes[below[i]];
-      out_.nodes[self].child[i] = child.count > 0 ? leaf(child) : 0;
-    }
-    for (std::size_t i = 0; i < count; ++i)
-      if (binary_.nodes[below[i]].count == 0) {
-        const std::uint32_t at = node(below[i], depth + 1);
-        out_.nodes[self].child[i] = at;
-      }
-    return self;
+    std::vector<Job> again;
+    top = {.nodes = 1};
+    lay_out(root(), top, &again);
+    for_each_index(jobs_.size(), threads, [&](std::size_t i) { lay_out(jobs_[i], starts[i], nullptr); });
+    std::fill_n(storage_->leaves.data() + extent_.words, WideTree::kSlack, 0U);
+  }
+
+  WideTree tree() const {
+    WideTree tree;
+    tree.root = binary_.nodes[0].box().aabb();
+    tree.nodes = {storage_->nodes.data(), extent_.nodes};
+    tree.leaves = {storage_->leaves.data(), extent_.words + WideTree::kSlack};
+    tree.stats = {.bytes = tree.nodes.size_bytes() + tree.leaves.size_bytes(),
+                  .nodes = extent_.nodes,
+                  .leaves = extent_.leaves,
+                  .depth = extent_.depth};
+    tree.storage = storage_;
+    return tree;
   }
 
  private:
-  /// By how much opening the node promises to help; negative for a leaf.
-  double gain(std::uint32_t i) const {
-    const Topology::Node& node = binary_.nodes[i];
-    return node.count > 0 ? -1 : half_area(node.box);
+  static Job root() { return {.binary = 0, .wide = 0, .depth = 1}; }
+
+  /// Lays out a node and what is below it, beginning at `next`. Subtrees of the top's nodes are left as jobs.
+  void lay_out(const Job& at, Extent& next, std::vector<Job>* jobs) const {
+    std::array<std::uint32_t, WideNode::kChildren> below{at.binary};
+    const bool has_one_leaf = binary_.nodes[at.binary].is_leaf();
+    const std::size_t count = has_one_leaf ? 1 : collapsed_children(binary_.nodes.data(), at.binary, below);
+    std::array<std::uint32_t, WideNode::kChildren> children;
+    const std::uint64_t first = next.nodes;
+    next.depth = std::max(next.depth, at.depth);
+    for (std::size_t i = 0; i < count; ++i)
+      children[i] = binary_.nodes[below[i]].is_leaf() ? leaf(binary_.nodes[below[i]], next)
+                                                      : static_cast<std::uint32_t>(next.nodes++);
+    if (storage_) {
+      std::array<Aabb, WideNode::kChildren> boxes;
+      for (std::size_t i = 0; i < count; ++i) boxes[i] = binary_.nodes[below[i]].box().aabb();
+      WideNode& node = storage_->nodes[at.wide];
+      node = make_wide_node({boxes.data(), count});
+      std::copy_n(children.begin(), count, node.child);
+    }
+    std::uint64_t wide = first;
+    for (std::size_t i = 0; i < count; ++i) {
+      const BinaryNode& child = binary_.nodes[below[i]];
+      if (child.is_leaf()) continue;
+      const Job job{.binary = below[i], .wide = wide++, .depth = at.depth + 1};
+      if (jobs != nullptr && !child.is_top())
+        jobs->push_back(job);
+      else
+        lay_out(job, next, jobs);
+    }
   }
 
-  std::uint32_t leaf(const Topology::Node& node) {
-    const std::size_t at = out_.leaves.size();
-    if (at / 4 >= WideChild::kMostQuads)
-      throw std::length_error("a mesh has more triangles than a wide tree can number");
-    out_.leaves.resize(at + leaf_words(node.count));
-    write_leaf(mesh_, {binary_.items.data() + node.first, node.count}, out_.leaves.data() + at);
-    ++stats_.leaves;
-    return WideChild::leaf(static_cast<std::uint32_t>(at / 4), node.count);
+  std::uint32_t leaf(const BinaryNode& node, Extent& next) const {
+    const std::uint64_t at = next.words;
+    next.words += leaf_words(node.count());
+    ++next.leaves;
+    if (storage_)
+      write_leaf(mesh_, {binary_.triangles.data() + node.first(), node.count()}, storage_->leaves.data() + at);
+    return WideChild::leaf(static_cast<std::uint32_t>(at / 4), node.count());
   }
 
   const TriangleMesh& mesh_;
-  const Topology& binary_;
-  Storage& out_;
-  AccelStats& stats_;
+  const BinaryTree& binary_;
+  std::vector<Job> jobs_;
+  Extent extent_;
+  std::shared_ptr<Storage> storage_;  ///< Null as long as it is only measured.
 };
+
+WideTree empty_tree() {
+  auto slack = std::make_shared<std::array<std::uint32_t, WideTree::kSlack>>();
+  WideTree tree;
+  tree.leaves = *slack;
+  tree.stats.bytes = tree.leaves.size_bytes();
+  tree.storage = std::move(slack);
+  return tree;
+}
 
 }  // namespace
 
 WideTree build_wide(const TriangleMesh& mesh, const WideBuildOptions& options) {
-  std::vector<Aabb> boxes(mesh.triangles.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    for (const std::uint32_t corner : mesh.triangles[i]) boxes[i].extend(mesh.positions[corner]);
-  const Topology binary = make_topology(boxes, options.leaf_size, LeafRule::fullest);
-  WideTree tree;
-  auto storage = std::make_shared<Storage>();
-  if (!binary.nodes.empty()) {
-    tree.root = binary.nodes[0].box;
-    Collapse(mesh, binary, *storage, tree.stats).node(0, 1);
-  }
-  storage->leaves.resize(storage->leaves.size() + WideTree::kSlack);
-  tree.nodes = storage->nodes;
-  tree.leaves = storage->leaves;
-  tree.stats.nodes = tree.nodes.size();
-  tree.stats.bytes = tree.nodes.size_bytes() + tree.leaves.size_bytes();
-  tree.storage = std::move(storage);
-  return tree;
+  if (mesh.triangles.empty()) return empty_tree();
+  const unsigned threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  return Layout(mesh, build_binary(mesh, options.leaf_size, threads), threads).tree();
 }
 
 }  // namespace tessera

@@ -8,7 +8,7 @@
 namespace tessera {
 
 struct WideBuildOptions {
-  std::uint32_t leaf_size = 4;  ///< Most triangles in a leaf, 1 to 8.
+  std::uint32_t leaf_size = 8;  ///< Most triangles in a leaf, 1 to 8.
   unsigned threads = 0;         ///< 0: as many as the machine has. The tree doesn't depend on it.
   bool spatial_splits = true;   ///< Triangles may be referred to by several leaves where that saves tests.
 };

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/accel/wide/binary_tree.h"
+#include "core/accel/wide/primitive_refs.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace tessera {
+
+/// The binary tree over a mesh, with the plan of its collapse: node 0 is the root; leaves show stretches of
+/// `triangles`.
+struct BinaryTree {
+  Scratch<BinaryNode> nodes;
+  Scratch<std::uint32_t> triangles;
+};
+
+/// Built top-down by binned SAH, of at most `WideTree::kMostDepth` levels, with leaves of at most `leaf_size`. The same
+/// tree for any number of threads (≥ 1). Precondition: the mesh is valid, and has triangles.
+BinaryTree build_binary(const TriangleMesh& mesh, std::uint32_t leaf_size, unsigned threads);
+
+}  // namespace tessera

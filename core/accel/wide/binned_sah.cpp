@@ -1,0 +1,115 @@
+#include "core/accel/wide/binned_sah.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+namespace {
+
+/// A box for each axis along which something is parted.
+struct Boxes {
+  LanesBox along[3];
+
+  void extend(const LanesBox (&other)[3]) {
+    for (int axis = 0; axis < 3; ++axis) along[axis].extend(other[axis]);
+  }
+  /// Their half areas. Empty boxes have none.
+  Lanes half_areas(Lanes unit) const {
+    const Lanes a = edges(0) * unit, b = edges(1) * unit, c = edges(2) * unit;
+    const Lanes ab_xy = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_z = __builtin_shufflevector(a, b, 2, 6, 2, 6);
+    const Lanes x = __builtin_shufflevector(ab_xy, c, 0, 1, 4, 4);
+    const Lanes y = __builtin_shufflevector(ab_xy, c, 2, 3, 5, 5);
+    const Lanes z = __builtin_shufflevector(ab_z, c, 0, 1, 6, 6);
+    return x * y + y * z + z * x;
+  }
+
+ private:
+  Lanes edges(int axis) const { return max(along[axis].hi - along[axis].lo, Lanes{}); }
+};
+
+const Boxes kNoBoxes{{LanesBox::empty(), LanesBox::empty(), LanesBox::empty()}};
+
+Lanes to_float(IntLanes i) { return __builtin_convertvector(i, Lanes); }
+
+}  // namespace
+
+BinGrid::BinGrid(const LanesBox& middles, std::uint32_t count)
+    : bins_(static_cast<int>(std::min<std::uint32_t>(kMostBins, 4 + count / 4))), base_(middles.lo) {
+  // Short of the full number, so that rounding doesn't lead past the last bin.
+  const float cells = static_cast<float>(bins_) * (1 - 0x1p-20F);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float scale = cells / (middles.hi[axis] - middles.lo[axis]);
+    scale_[axis] = std::isfinite(scale) ? scale : 0;
+  }
+  scale_[3] = 0;
+  last_ = spread(static_cast<float>(bins_ - 1));
+}
+
+Bins::Bins(const BinGrid& grid) : size_(grid.bins()) {
+  for (int bin = 0; bin < size_; ++bin) {
+    for (LanesBox& box : box_[bin]) box = LanesBox::empty();
+    count_[bin] = IntLanes{};
+  }
+}
+
+void Bins::add(std::span<const PrimitiveRef> refs, const BinGrid& grid) {
+  for (const PrimitiveRef& ref : refs) {
+    const IntLanes bin = grid.bins_of(ref.middle());
+    for (int axis = 0; axis < 3; ++axis) {
+      box_[bin[axis]][axis].extend(ref.box());
+      ++count_[bin[axis]][axis];
+    }
+  }
+}
+
+void Bins::add(const Bins& others) {
+  for (int bin = 0; bin < size_; ++bin) {
+    for (int axis = 0; axis < 3; ++axis) box_[bin][axis].extend(others.box_[bin][axis]);
+    count_[bin] += others.count_[bin];
+  }
+}
+
+std::uint32_t Bins::count_left(int axis, int bin) const {
+  std::uint32_t count = 0;
+  for (int b = 0; b < bin; ++b) count += static_cast<std::uint32_t>(count_[b][axis]);
+  return count;
+}
+
+ObjectSplit Bins::best_split(float unit) const {
+  Lanes right_cost[BinGrid::kMostBins];
+  IntLanes right_count[BinGrid::kMostBins];
+  Boxes side = kNoBoxes;
+  IntLanes count{};
+  for (int bin = size_ - 1; bin > 0; --bin) {
+    side.extend(box_[bin]);
+    count += count_[bin];
+    right_count[bin] = count;
+    right_cost[bin] = side.half_areas(spread(unit)) * to_float(count);
+  }
+  side = kNoBoxes;
+  count = IntLanes{};
+  Lanes best_cost = spread(kInfinity);
+  IntLanes best_bin{};
+  for (int bin = 1; bin < size_; ++bin) {
+    side.extend(box_[bin - 1]);
+    count += count_[bin - 1];
+    const Lanes cost = side.half_areas(spread(unit)) * to_float(count) + right_cost[bin];
+    const IntLanes is_better = (count > 0) & (right_count[bin] > 0) & (cost < best_cost);
+    best_cost = is_better ? cost : best_cost;
+    best_bin = is_better ? IntLanes{bin, bin, bin, bin} : best_bin;
+  }
+  ObjectSplit best;
+  for (int axis = 0; axis < 3; ++axis)
+    if (best_cost[axis] < best.cost) {
+      best.axis = axis;
+      best.bin = best_bin[axis];
+      best.cost = best_cost[axis];
+    }
+  if (best.axis < 0) return best;
+  best.left = count_left(best.axis, best.bin);
+  best.left_box = best.right_box = LanesBox::empty();
+  for (int bin = 0; bin < size_; ++bin) (bin < best.bin ? best.left_box : best.right_box).extend(box_[bin][best.axis]);
+  return best;
+}
+
+}  // namespace tessera

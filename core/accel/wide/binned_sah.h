@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/accel/wide/primitive_refs.h"
+
+namespace tessera {
+
+/// Cuts the box of references' middles into equal slabs along each axis.
+class BinGrid {
+ public:
+  static constexpr int kMostBins = 16;
+
+  /// Precondition: no box is empty. An axis along which middles don't differ, or by too little to divide, has one bin.
+  BinGrid(const LanesBox& middles, std::uint32_t count);
+
+  int bins() const { return bins_; }
+  IntLanes bins_of(Lanes middle) const {
+    return __builtin_convertvector(min(max((middle - base_) * scale_, Lanes{}), last_), IntLanes);
+  }
+  /// Whether its bin is `bin` (> 0) or a later one.
+  bool is_right_of(const PrimitiveRef& ref, int axis, int bin) const {
+    return (ref.lo[axis] + ref.hi[axis] - base_[axis]) * scale_[axis] >= static_cast<float>(bin);
+  }
+
+ private:
+  int bins_;
+  Lanes base_, scale_, last_;
+};
+
+/// Where a set of references is parted: those in bins below `bin` go left.
+struct ObjectSplit {
+  int axis = -1;  ///< −1: no plane parts them.
+  int bin = 0;
+  float cost = kInfinity;  ///< Half areas, each times its number of references, in the unit of the search.
+  std::uint32_t left = 0;  ///< References on the left.
+  LanesBox left_box, right_box;
+};
+
+/// The references of a node, sorted into bins along all three axes at once (Wald, "On fast Construction of SAH-based
+/// Bounding Volume Hierarchies", 2007).
+class Bins {
+ public:
+  explicit Bins(const BinGrid& grid);
+
+  void add(std::span<const PrimitiveRef> refs, const BinGrid& grid);
+  void add(const Bins& others);
+  /// The cheapest split. `unit`: see `half_area`.
+  ObjectSplit best_split(float unit) const;
+  /// References in bins below `bin`.
+  std::uint32_t count_left(int axis, int bin) const;
+
+ private:
+  int size_;
+  LanesBox box_[BinGrid::kMostBins][3];
+  IntLanes count_[BinGrid::kMostBins];
+};
+
+}  // namespace tessera

@@ -1,0 +1,11 @@
+// Stands in for embree_peer.cpp where Embree isn't installed.
+#include "tests/benchmarks/support/embree_peer.h"
+
+namespace tessera::bench {
+
+std::vector<EmbreeMode> embree_modes() { return {}; }
+std::string embree_version() { return "without Embree, which isn't installed (deploy/install-deps --bench)"; }
+std::unique_ptr<EmbreeBuild> prepare_embree(const TriangleMesh&, EmbreeScenes, int) { return nullptr; }
+std::unique_ptr<EmbreeRays> make_embree_rays(int, bool) { return nullptr; }
+
+}  // namespace tessera::bench

@@ -36,6 +36,7 @@ class Built final : public EmbreeScene {
     positions_.emplace_back();  // Embree reads 16 bytes at the last position too
     scene_.reset(rtcNewScene(device_.get()));
     if (scenes == EmbreeScenes::robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    if (scenes == EmbreeScenes::compact) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_COMPACT);
     if (scenes == EmbreeScenes::high) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
     const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     if (scenes == EmbreeScenes::high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);

@@ -12,8 +12,9 @@
 
 namespace tessera::bench {
 
-/// How Embree is told to build: as it does by default, without losing hits ("robust"), with spatial splits.
-enum class EmbreeScenes { normal, robust, high };
+/// How Embree is told to build: as it does by default, without losing hits ("robust"), with spatial splits, or small.
+enum class EmbreeScenes { normal, robust, high, compact };
+/// Those that it is fast with.
 inline constexpr std::array kEmbreeScenes = {EmbreeScenes::normal, EmbreeScenes::robust, EmbreeScenes::high};
 
 /// How Embree is told to trace.
@@ -23,7 +24,7 @@ struct EmbreeMode {
   bool coherent = false;  ///< The hint that a packet's rays are; single rays have none to give.
 };
 inline std::string name(const EmbreeMode& mode) {
-  static constexpr std::array kNames = {"default", "robust", "high"};
+  static constexpr std::array kNames = {"default", "robust", "high", "compact"};
   const std::string scenes = kNames[static_cast<std::size_t>(mode.scenes)];
   return scenes + (mode.width == 1 ? " single" : " " + std::to_string(mode.width)) + (mode.coherent ? " coherent" : "");
 }
@@ -50,8 +51,8 @@ class EmbreeBuild {
   virtual std::unique_ptr<EmbreeScene> build() = 0;
 };
 
-/// Null without Embree. Embree takes as many threads as the newest of the scenes and builds that are alive was
-/// given, and at least as many as any of them. The mesh's triangles outlive the scene; its positions are copied.
+/// Null without Embree. Embree builds with the most threads that any scene or build that is alive was given. The
+/// mesh's triangles outlive the scene; its positions are copied.
 std::unique_ptr<EmbreeBuild> prepare_embree(const TriangleMesh& mesh, EmbreeScenes scenes, int threads);
 
 /// Rays in Embree's own layout, packed in their order, and then its answers.

@@ -136,9 +136,10 @@ const Race::Peer* Race::best(int threads) const {
   return best;
 }
 
-double Race::calibrated_mrays(EmbreeScenes scenes) const {
+double Race::mrays_in(EmbreeScenes scenes) const {
   const auto at = std::ranges::find(peers, scenes, [](const Peer& peer) { return peer.mode.scenes; });
-  return at == peers.end() ? 0 : at->calibrated_mrays;
+  if (at == peers.end()) return 0;
+  return at->mrays[0].empty() ? at->calibrated_mrays : at->mrays[0].median();
 }
 
 Race race(const Accel& accel, const Peers& peers, const RaySet& set, const RaceOptions& options) {

@@ -37,8 +37,9 @@ struct Race {
 
   /// The peer with the highest median on so many threads; null without one.
   const Peer* best(int threads) const;
-  /// The calibrated speed of the best mode in such scenes; 0 without one.
-  double calibrated_mrays(EmbreeScenes scenes) const;
+  /// What the best mode in such scenes reaches on one thread: its median, or what calibration found when it isn't
+  /// among the fastest three. 0 without one.
+  double mrays_in(EmbreeScenes scenes) const;
 };
 
 struct RaceOptions {

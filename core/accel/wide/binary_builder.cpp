@@ -7,25 +7,33 @@
 
 #include "core/accel/wide/binned_sah.h"
 #include "core/accel/wide/collapse.h"
+#include "core/accel/wide/spatial_split.h"
 #include "core/accel/wide/work_crew.h"
 
 namespace tessera {
 namespace {
 
-/// References that stand one after another, in one of the two halves of the builder's memory.
+/// References that stand one after another in one of the two halves of the builder's memory, and the room around them
+/// in either half that is theirs.
 struct Range {
   std::uint32_t begin = 0, end = 0;
   int half = 0;
   LanesBox box = LanesBox::empty(), middles = LanesBox::empty();
+  std::uint32_t room_begin = 0, room_end = 0;
 
   std::uint32_t count() const { return end - begin; }
+  std::uint32_t room() const { return room_end - room_begin; }
+  void extend(const PrimitiveRef& ref) {
+    box.extend(ref.box());
+    middles.extend(ref.middle());
+  }
 };
 
 /// A subtree to be built.
 struct Subtree {
   Range range;
   std::uint32_t node;   ///< Its root.
-  std::uint32_t space;  ///< Its other nodes stand from here on; twice as many as references are enough.
+  std::uint32_t space;  ///< Its other nodes stand from here on: fewer than two for each place in its room.
   std::uint32_t depth;  ///< Levels above it.
 };
 
@@ -38,16 +46,15 @@ struct Part {
 
 class Builder {
  public:
-  Builder(const TriangleMesh& mesh, std::uint32_t leaf_size, unsigned threads, BinaryTree& tree)
-      : leaf_size_(leaf_size),
-        refs_{Scratch<PrimitiveRef>(mesh.triangles.size()), Scratch<PrimitiveRef>(mesh.triangles.size())},
-        tree_(tree) {
-    Part root{{make_refs(mesh, threads), 0, 1, 0}};
+  Builder(const TriangleMesh& mesh, const WideBuildOptions& options, std::uint32_t room, BinaryTree& tree)
+      : mesh_(mesh), options_(options), refs_{Scratch<PrimitiveRef>(room), Scratch<PrimitiveRef>(room)}, tree_(tree) {
+    Part root{{make_refs(), 0, 1, 0}};
+    root.subtree.range.room_end = room;
     const Lanes size = root.subtree.range.box.hi - root.subtree.range.box.lo;
     unit_ = std::min(1 / std::max({size[0], size[1], size[2]}), 0x1p126F);
     TaskStack<Part*> parts;
     parts.push(&root);
-    parts.run(threads, [&](Part* part) { build(*part, parts); });
+    parts.run(options.threads, [&](Part* part) { build(*part, parts); });
     plan(root);
   }
 
@@ -56,22 +63,21 @@ class Builder {
   /// A subtree of so many references is one thread's task.
   static constexpr std::uint32_t kOneTask = 1 << 12;
 
-  Range make_refs(const TriangleMesh& mesh, unsigned threads) {
-    const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  Range make_refs() {
+    const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
     std::vector<Range> blocks((count + kBlock - 1) / kBlock);
-    for_each_index(blocks.size(), threads, [&](std::size_t number) {
+    for_each_index(blocks.size(), options_.threads, [&](std::size_t number) {
       Range block;
       block.begin = static_cast<std::uint32_t>(number) * kBlock;
       block.end = std::min(count, block.begin + kBlock);
       for (std::uint32_t i = block.begin; i < block.end; ++i) {
         LanesBox box = LanesBox::empty();
-        for (const std::uint32_t corner : mesh.triangles[i]) {
-          const Vec3& p = mesh.positions[corner];
+        for (const std::uint32_t corner : mesh_.triangles[i]) {
+          const Vec3& p = mesh_.positions[corner];
           box.extend(Lanes{p.x, p.y, p.z, 0});
         }
         refs_[0][i] = PrimitiveRef::of(box, i);
-        block.box.extend(box);
-        block.middles.extend(refs_[0][i].middle());
+        block.extend(refs_[0][i]);
       }
       blocks[number] = block;
     });
@@ -86,8 +92,8 @@ class Builder {
 
   void build(Part& part, TaskStack<Part*>& parts) {
     const Subtree& top = part.subtree;
-    if (top.range.count() <= std::max(leaf_size_, kOneTask)) {
-      Shelf shelf{top.space, top.range.begin};
+    if (top.range.count() <= kOneTask) {
+      Shelf shelf{top.space, top.range.room_begin};
       part.costs = build(top.node, top.range, top.depth, shelf);
       return;
     }
@@ -95,7 +101,7 @@ class Builder {
     split(top.range, top.depth, left, right);
     const std::uint32_t pair = top.space;
     part.left = std::make_unique<Part>(Part{{left, pair, pair + 2, top.depth + 1}});
-    part.right = std::make_unique<Part>(Part{{right, pair + 1, pair + 2 * left.count(), top.depth + 1}});
+    part.right = std::make_unique<Part>(Part{{right, pair + 1, pair + 2 * left.room(), top.depth + 1}});
     parts.push(part.left.get());
     parts.push(part.right.get());
   }
@@ -114,7 +120,7 @@ class Builder {
   };
 
   SlotCosts build(std::uint32_t node, const Range& range, std::uint32_t depth, Shelf& shelf) {
-    if (range.count() <= leaf_size_) {
+    if (range.count() <= options_.leaf_size) {
       tree_.nodes[node] = BinaryNode::leaf(range.box, shelf.triangle, range.count());
       for (std::uint32_t i = range.begin; i < range.end; ++i)
         tree_.triangles[shelf.triangle++] = refs_[range.half][i].triangle();
@@ -139,23 +145,30 @@ class Builder {
   void split(const Range& range, std::uint32_t depth, Range& left, Range& right) {
     // Coordinates made to defeat the heuristic end where there are just levels enough to halve what is left.
     const std::uint32_t levels_left = WideTree::kMostDepth - 1 - depth;
-    if (static_cast<std::uint32_t>(std::bit_width(range.count())) < levels_left) {
-      const BinGrid grid(range.middles, range.count());
-      Bins bins(grid);
-      bins.add({refs_[range.half].data() + range.begin, range.count()}, grid);
-      const ObjectSplit best = bins.best_split(unit_);
-      if (best.axis >= 0) return deal(range, grid, best, left, right);
+    if (static_cast<std::uint32_t>(std::bit_width(range.count())) >= levels_left) return halve(range, left, right);
+    const std::span<const PrimitiveRef> refs{refs_[range.half].data() + range.begin, range.count()};
+    const BinGrid grid(range.middles, range.count());
+    const Split best = bin_middles(refs, grid).best_split(range.count(), unit_);
+    if (best.axis < 0) return halve(range, left, right);
+    if (options_.spatial_splits && promises_spatial_split(refs, range.box, best, unit_)) {
+      const SpatialSplit spatial = best_spatial_split(mesh_, refs, range.box, unit_);
+      if (spatial.split.cost < best.cost && cut(range, spatial, left, right)) return;
     }
-    halve(range, left, right);
+    deal(range, grid, best, left, right);
   }
 
   /// References go to the other half of the memory in their order: so the tree doesn't depend on who deals, and no
   /// branch has to be guessed.
-  void deal(const Range& range, const BinGrid& grid, const ObjectSplit& split, Range& left, Range& right) {
-    const std::uint32_t middle = range.begin + split.left;
-    left = {range.begin, middle, 1 - range.half, split.left_box, LanesBox::empty()};
-    right = {middle, range.end, 1 - range.half, split.right_box, LanesBox::empty()};
-    PrimitiveRef* to[2] = {refs_[1 - range.half].data() + range.begin, refs_[1 - range.half].data() + middle};
+  void deal(const Range& range, const BinGrid& grid, const Split& split, Range& left, Range& right) {
+    left = right = {.half = 1 - range.half};
+    share_room(range, split.left, split.right, left, right);
+    left.begin = left.end = left.room_begin;
+    right.begin = right.end = right.room_begin;
+    left.end += split.left;
+    right.end += split.right;
+    left.box = split.left_box;
+    right.box = split.right_box;
+    PrimitiveRef* to[2] = {refs_[left.half].data() + left.begin, refs_[right.half].data() + right.begin};
     const PrimitiveRef* from = refs_[range.half].data();
     const LanesBox none = LanesBox::empty();
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
@@ -171,22 +184,76 @@ class Builder {
     }
   }
 
+  /// Deals by a plane that cuts references, unless leaving one whole is cheaper. False, and nothing done, where there
+  /// is no room or one side would be empty.
+  bool cut(const Range& range, const SpatialSplit& spatial, Range& left, Range& right) {
+    const auto& [split, plane] = spatial;
+    if (split.left + split.right > range.room()) return false;
+    left = right = {.half = 1 - range.half};
+    left.begin = left.end = range.room_begin;
+    right.begin = right.end = range.room_end;
+    PrimitiveRef* to = refs_[left.half].data();
+    const auto put_left = [&](const PrimitiveRef& ref) {
+      to[left.end++] = ref;
+      left.extend(ref);
+    };
+    const auto put_right = [&](const PrimitiveRef& ref) {
+      to[--right.begin] = ref;
+      right.extend(ref);
+    };
+    Reunion reunion(split, unit_);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const PrimitiveRef& ref = refs_[range.half][i];
+      if (ref.hi[split.axis] <= plane) {
+        put_left(ref);
+      } else if (ref.lo[split.axis] >= plane) {
+        put_right(ref);
+      } else {
+        const RefCut parts(mesh_, ref, split.axis, plane);
+        switch (parts.left.is_empty() ? Side::right : parts.right.is_empty() ? Side::left : reunion.side_of(ref)) {
+          case Side::left:
+            put_left(ref);
+            break;
+          case Side::right:
+            put_right(ref);
+            break;
+          case Side::both:
+            put_left(PrimitiveRef::of(parts.left, ref.triangle()));
+            put_right(PrimitiveRef::of(parts.right, ref.triangle()));
+        }
+      }
+    }
+    if (left.count() == 0 || right.count() == 0) return false;
+    share_room(range, left.count(), right.count(), left, right);
+    return true;
+  }
+
   void halve(const Range& range, Range& left, Range& right) {
     const std::uint32_t middle = range.begin + range.count() / 2;
     left = around(range.begin, middle, range.half);
     right = around(middle, range.end, range.half);
+    left.room_begin = range.room_begin;
+    left.room_end = right.room_begin = middle;
+    right.room_end = range.room_end;
   }
 
   Range around(std::uint32_t begin, std::uint32_t end, int half) const {
     Range range{begin, end, half};
-    for (std::uint32_t i = begin; i < end; ++i) {
-      range.box.extend(refs_[half][i].box());
-      range.middles.extend(refs_[half][i].middle());
-    }
+    for (std::uint32_t i = begin; i < end; ++i) range.extend(refs_[half][i]);
     return range;
   }
 
-  std::uint32_t leaf_size_;
+  /// Room that is left over is shared by number.
+  static void share_room(const Range& range, std::uint32_t lefts, std::uint32_t rights, Range& left, Range& right) {
+    const std::uint64_t spare = range.room() - lefts - rights;
+    left.room_begin = range.room_begin;
+    left.room_end = right.room_begin =
+        range.room_begin + lefts + static_cast<std::uint32_t>(spare * lefts / (std::uint64_t{lefts} + rights));
+    right.room_end = range.room_end;
+  }
+
+  const TriangleMesh& mesh_;
+  const WideBuildOptions& options_;
   Scratch<PrimitiveRef> refs_[2];
   BinaryTree& tree_;
   float unit_;
@@ -194,10 +261,11 @@ class Builder {
 
 }  // namespace
 
-BinaryTree build_binary(const TriangleMesh& mesh, std::uint32_t leaf_size, unsigned threads) {
+BinaryTree build_binary(const TriangleMesh& mesh, const WideBuildOptions& options) {
   const std::size_t count = mesh.triangles.size();
-  BinaryTree tree{Scratch<BinaryNode>(2 * count), Scratch<std::uint32_t>(count)};
-  Builder(mesh, leaf_size, threads, tree);
+  const std::size_t room = options.spatial_splits ? count + count * 3 / 10 : count;
+  BinaryTree tree{Scratch<BinaryNode>(2 * room), Scratch<std::uint32_t>(room)};
+  Builder(mesh, options, static_cast<std::uint32_t>(room), tree);
   return tree;
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/accel/wide/binary_tree.h"
 #include "core/accel/wide/primitive_refs.h"
+#include "core/accel/wide/wide_build.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace tessera {
@@ -16,7 +17,7 @@ struct BinaryTree {
 };
 
 /// Built top-down by binned SAH, of at most `WideTree::kMostDepth` levels, with leaves of at most `leaf_size`. The same
-/// tree for any number of threads (≥ 1). Precondition: the mesh is valid, and has triangles.
-BinaryTree build_binary(const TriangleMesh& mesh, std::uint32_t leaf_size, unsigned threads);
+/// tree for any number of threads. Precondition: the mesh is valid, and has triangles; `options.threads` ≥ 1.
+BinaryTree build_binary(const TriangleMesh& mesh, const WideBuildOptions& options);
 
 }  // namespace tessera

@@ -45,71 +45,62 @@ BinGrid::BinGrid(const LanesBox& middles, std::uint32_t count)
   last_ = spread(static_cast<float>(bins_ - 1));
 }
 
-Bins::Bins(const BinGrid& grid) : size_(grid.bins()) {
-  for (int bin = 0; bin < size_; ++bin) {
-    for (LanesBox& box : box_[bin]) box = LanesBox::empty();
-    count_[bin] = IntLanes{};
+Bins::Bins(int bins) : size(bins) {
+  for (int bin = 0; bin < size; ++bin) {
+    for (LanesBox& b : box[bin]) b = LanesBox::empty();
+    entering[bin] = leaving[bin] = IntLanes{};
   }
 }
 
-void Bins::add(std::span<const PrimitiveRef> refs, const BinGrid& grid) {
-  for (const PrimitiveRef& ref : refs) {
-    const IntLanes bin = grid.bins_of(ref.middle());
-    for (int axis = 0; axis < 3; ++axis) {
-      box_[bin[axis]][axis].extend(ref.box());
-      ++count_[bin[axis]][axis];
-    }
-  }
-}
-
-void Bins::add(const Bins& others) {
-  for (int bin = 0; bin < size_; ++bin) {
-    for (int axis = 0; axis < 3; ++axis) box_[bin][axis].extend(others.box_[bin][axis]);
-    count_[bin] += others.count_[bin];
-  }
-}
-
-std::uint32_t Bins::count_left(int axis, int bin) const {
-  std::uint32_t count = 0;
-  for (int b = 0; b < bin; ++b) count += static_cast<std::uint32_t>(count_[b][axis]);
-  return count;
-}
-
-ObjectSplit Bins::best_split(float unit) const {
+Split Bins::best_split(std::uint32_t count, float unit) const {
   Lanes right_cost[BinGrid::kMostBins];
-  IntLanes right_count[BinGrid::kMostBins];
+  IntLanes right[BinGrid::kMostBins + 1];
+  right[size] = IntLanes{};
   Boxes side = kNoBoxes;
-  IntLanes count{};
-  for (int bin = size_ - 1; bin > 0; --bin) {
-    side.extend(box_[bin]);
-    count += count_[bin];
-    right_count[bin] = count;
-    right_cost[bin] = side.half_areas(spread(unit)) * to_float(count);
+  for (int bin = size - 1; bin > 0; --bin) {
+    side.extend(box[bin]);
+    right[bin] = right[bin + 1] + leaving[bin];
+    right_cost[bin] = side.half_areas(spread(unit)) * to_float(right[bin]);
   }
   side = kNoBoxes;
-  count = IntLanes{};
+  const auto all = static_cast<std::int32_t>(count);
+  IntLanes left{}, best_bin{}, best_left{};
   Lanes best_cost = spread(kInfinity);
-  IntLanes best_bin{};
-  for (int bin = 1; bin < size_; ++bin) {
-    side.extend(box_[bin - 1]);
-    count += count_[bin - 1];
-    const Lanes cost = side.half_areas(spread(unit)) * to_float(count) + right_cost[bin];
-    const IntLanes is_better = (count > 0) & (right_count[bin] > 0) & (cost < best_cost);
+  for (int bin = 1; bin < size; ++bin) {
+    side.extend(box[bin - 1]);
+    left += entering[bin - 1];
+    const Lanes cost = side.half_areas(spread(unit)) * to_float(left) + right_cost[bin];
+    const IntLanes is_better = (left < all) & (right[bin] < all) & (cost < best_cost);
     best_cost = is_better ? cost : best_cost;
     best_bin = is_better ? IntLanes{bin, bin, bin, bin} : best_bin;
+    best_left = is_better ? left : best_left;
   }
-  ObjectSplit best;
+  Split best;
   for (int axis = 0; axis < 3; ++axis)
     if (best_cost[axis] < best.cost) {
       best.axis = axis;
-      best.bin = best_bin[axis];
       best.cost = best_cost[axis];
     }
   if (best.axis < 0) return best;
-  best.left = count_left(best.axis, best.bin);
+  best.bin = best_bin[best.axis];
+  best.left = static_cast<std::uint32_t>(best_left[best.axis]);
+  best.right = static_cast<std::uint32_t>(right[best.bin][best.axis]);
   best.left_box = best.right_box = LanesBox::empty();
-  for (int bin = 0; bin < size_; ++bin) (bin < best.bin ? best.left_box : best.right_box).extend(box_[bin][best.axis]);
+  for (int bin = 0; bin < size; ++bin) (bin < best.bin ? best.left_box : best.right_box).extend(box[bin][best.axis]);
   return best;
+}
+
+Bins bin_middles(std::span<const PrimitiveRef> refs, const BinGrid& grid) {
+  Bins bins(grid.bins());
+  for (const PrimitiveRef& ref : refs) {
+    const IntLanes bin = grid.bins_of(ref.middle());
+    for (int axis = 0; axis < 3; ++axis) {
+      bins.box[bin[axis]][axis].extend(ref.box());
+      ++bins.entering[bin[axis]][axis];
+    }
+  }
+  std::copy_n(bins.entering, bins.size, bins.leaving);
+  return bins;
 }
 
 }  // namespace tessera

@@ -30,31 +30,29 @@ class BinGrid {
 };
 
 /// Where a set of references is parted: those in bins below `bin` go left.
-struct ObjectSplit {
+struct Split {
   int axis = -1;  ///< −1: no plane parts them.
   int bin = 0;
-  float cost = kInfinity;  ///< Half areas, each times its number of references, in the unit of the search.
-  std::uint32_t left = 0;  ///< References on the left.
+  float cost = kInfinity;             ///< Half areas, each times its number of references, in the unit of the search.
+  std::uint32_t left = 0, right = 0;  ///< References on either side.
   LanesBox left_box, right_box;
 };
 
-/// The references of a node, sorted into bins along all three axes at once (Wald, "On fast Construction of SAH-based
-/// Bounding Volume Hierarchies", 2007).
-class Bins {
- public:
-  explicit Bins(const BinGrid& grid);
+/// References sorted into bins along all three axes at once.
+struct Bins {
+  int size;
+  LanesBox box[BinGrid::kMostBins][3];
+  IntLanes entering[BinGrid::kMostBins];  ///< References whose first bin along each axis it is,
+  IntLanes leaving[BinGrid::kMostBins];   ///< and whose last.
 
-  void add(std::span<const PrimitiveRef> refs, const BinGrid& grid);
-  void add(const Bins& others);
-  /// The cheapest split. `unit`: see `half_area`.
-  ObjectSplit best_split(float unit) const;
-  /// References in bins below `bin`.
-  std::uint32_t count_left(int axis, int bin) const;
+  explicit Bins(int size);
 
- private:
-  int size_;
-  LanesBox box_[BinGrid::kMostBins][3];
-  IntLanes count_[BinGrid::kMostBins];
+  /// The cheapest plane between two bins with less than all `count` references on either side. `unit`: see `half_area`.
+  Split best_split(std::uint32_t count, float unit) const;
 };
+
+/// References by their middles, each in one bin (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
+/// 2007).
+Bins bin_middles(std::span<const PrimitiveRef> refs, const BinGrid& grid);
 
 }  // namespace tessera

@@ -29,6 +29,7 @@ struct LanesBox {
     lo = min(lo, b.lo);
     hi = max(hi, b.hi);
   }
+  bool is_empty() const { return !(lo[0] <= hi[0] && lo[1] <= hi[1] && lo[2] <= hi[2]); }
   Aabb aabb() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
 };
 

@@ -12,7 +12,7 @@
 namespace tessera {
 
 /// A triangle, or a part of one, as builders know it: its box, and in the fourth lane of `hi` its number
-/// (less than 2^29).
+/// (less than 2^30).
 struct PrimitiveRef {
   /// Keeps the fourth lane a normal number: arithmetic on denormal ones is slow on some machines.
   static constexpr std::uint32_t kTag = 1U << 30;

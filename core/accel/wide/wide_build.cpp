@@ -33,6 +33,12 @@ struct Storage {
   Scratch<std::uint32_t> leaves;
 };
 
+void check_words(std::uint64_t words) {
+  if (words / 4 > WideChild::kMostQuads)
+    throw std::length_error(
+        "a mesh has more triangles than a wide hierarchy has room for: 2 GiB of leaves, 50 million");
+}
+
 /// A subtree that one thread lays out.
 struct Job {
   std::uint32_t binary;  ///< Its root among the binary nodes,
@@ -51,8 +57,7 @@ class Layout {
     for_each_index(jobs_.size(), threads, [&](std::size_t i) { lay_out(jobs_[i], jobs_[i].extent, nullptr); });
     extent_ = top;
     for (const Job& job : jobs_) extent_.add(job.extent);
-    if (extent_.words / 4 > WideChild::kMostQuads)
-      throw std::length_error("a mesh has more triangles than a wide hierarchy has room for (2 GiB of leaves)");
+    check_words(extent_.words);
     storage_ = std::make_shared<Storage>(
         Storage{Scratch<WideNode>(extent_.nodes), Scratch<std::uint32_t>(extent_.words + WideTree::kSlack)});
     std::vector<Extent> starts;
@@ -143,8 +148,10 @@ WideTree empty_tree() {
 
 WideTree build_wide(const TriangleMesh& mesh, const WideBuildOptions& options) {
   if (mesh.triangles.empty()) return empty_tree();
-  const unsigned threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
-  return Layout(mesh, build_binary(mesh, options.leaf_size, threads), threads).tree();
+  check_words(std::uint64_t{10} * mesh.triangles.size());  // No leaf takes less, so it needn't be built to know.
+  WideBuildOptions settled = options;
+  if (settled.threads == 0) settled.threads = std::max(1U, std::thread::hardware_concurrency());
+  return Layout(mesh, build_binary(mesh, settled), settled.threads).tree();
 }
 
 }  // namespace tessera

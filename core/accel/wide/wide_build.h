@@ -10,7 +10,8 @@ namespace tessera {
 struct WideBuildOptions {
   std::uint32_t leaf_size = 8;  ///< Most triangles in a leaf, 1 to 8.
   unsigned threads = 0;         ///< 0: as many as the machine has. The tree doesn't depend on it.
-  bool spatial_splits = true;   ///< Triangles may be referred to by several leaves where that saves tests.
+  bool spatial_splits =
+      true;  ///< Where long triangles' boxes are in each other's way, up to 30% more leaves' triangles.
 };
 
 /// The hierarchy of a mesh. Triangles whose box is empty are left out. Throws std::length_error if the leaves would

@@ -32,7 +32,7 @@ class MtlLibraries {
 
  private:
   bool load_file(const std::string& name);
-  bool load_text(std::string text, std::string_view name);
+  void load_text(std::string text, std::string_view name);
 
   const CompanionSource& companions_;
   std::map<std::string, bool> looked_for_;

@@ -1,11 +1,8 @@
 #include "proto/import/obj.h"
 
-#include <istream>
+#include <cstdint>
 #include <map>
-#include <tuple>
 #include <utility>
-
-#include <tiny_obj_loader.h>
 
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
@@ -21,72 +18,47 @@ namespace {
 /// A part takes some 700 bytes beside its faces, and as little as 13 in the file.
 constexpr std::size_t kMostParts = 1 << 20;
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
+/// A face's corner as it is written: indices from 1, or from −1 backwards; 0 where there is none.
+struct WrittenCorner {
+  std::int32_t position = 0, texcoord = 0, normal = 0;
+};
 
-/// Whether corners are written v, v/vt, v//vn or v/vt/vn, with indices of up to 9 digits other than 0. The loader
-/// makes a 0 of everything else, and wraps what overflows.
-bool are_corners(std::string_view text) {
-  int digits = 0, slashes = 0;
-  bool is_zero = true;
-  char before = ' ';
-  for (const char c : text) {
-    if (is_digit(c)) {
-      if (++digits > 9) return false;
-      is_zero &= c == '0';
-    } else if (is_blank(c) || c == '/') {
-      const bool may_be_empty = is_blank(c) ? is_blank(before) : before == '/' && slashes == 1;
-      if (digits == 0 ? !may_be_empty : is_zero) return false;
-      slashes = is_blank(c) ? 0 : slashes + 1;
-      if (slashes > 2) return false;
-      digits = 0;
-      is_zero = true;
-    } else if ((c != '-' && c != '+') || !(is_blank(before) || before == '/')) {
-      return false;
-    }
-    before = c;
+/// Reads an index of up to 9 digits other than 0.
+bool read_index(const char*& at, const char* end, std::int32_t& index) {
+  const bool is_negative = at != end && *at == '-';
+  if (at != end && (*at == '-' || *at == '+')) ++at;
+  const char* const first = at;
+  std::int32_t value = 0;
+  for (; at != end && *at >= '0' && *at <= '9'; ++at) {
+    if (at - first == 9) return false;
+    value = 10 * value + (*at - '0');
   }
-  return digits > 0 ? !is_zero : is_blank(before);
+  index = is_negative ? -value : value;
+  return value != 0;
 }
 
-/// The text after a line's keyword.
-std::string_view arguments(std::string_view line) {
-  line = trimmed(line);
-  return line.substr(std::min(line.find_first_of(" \t"), line.size()));
+/// Reads v, v/vt, v//vn or v/vt/vn, up to a blank or the end.
+bool read_corner(const char*& at, const char* end, WrittenCorner& corner) {
+  const auto passes_slash = [&] { return at != end && *at == '/' && (++at, true); };
+  if (!read_index(at, end, corner.position)) return false;
+  if (passes_slash()) {
+    const bool skips_texcoord = at != end && *at == '/';
+    if (!skips_texcoord && !read_index(at, end, corner.texcoord)) return false;
+    if (passes_slash() && !read_index(at, end, corner.normal)) return false;
+  }
+  return at == end || TextCursor::is_blank(*at);
 }
 
-class ObjReader : public tinyobj::MaterialReader {
+class ObjReader {
  public:
   ObjReader(std::string text, std::string_view file_name, const CompanionSource& companions)
       : text_(std::move(text), file_name), file_name_(file_name), notes_(file_name), libraries_(companions) {}
 
   Imported read() {
-    tinyobj::callback_t callbacks;
-    callbacks.vertex_cb = [](void* self, float, float, float, float) { of(self).add_position(); };
-    callbacks.normal_cb = [](void* self, float, float, float) { of(self).add_normal(); };
-    callbacks.texcoord_cb = [](void* self, float, float, float) { of(self).add_texcoord(); };
-    callbacks.index_cb = [](void* self, tinyobj::index_t* corners, int count) { of(self).add_face(corners, count); };
-    callbacks.usemtl_cb = [](void* self, const char* name, int) { of(self).use_material(name); };
-    callbacks.group_cb = [](void* self, const char** names, int count) { of(self).start_group(names, count); };
-    callbacks.object_cb = [](void* self, const char* name) { of(self).start_object(name); };
-
-    std::istream stream(&text_);
-    tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
-    text_.finish([&](std::string_view line) { note_skipped(line); });
+    while (text_.next()) read_line();
     check_forward_references();
     if (!errors_.empty()) throw BrokenFile{std::move(errors_)};
     return finish();
-  }
-
-  /// The loader asks once for every blank-separated word of a mtllib statement; the first time does.
-  bool operator()(const std::string&, std::vector<tinyobj::material_t>*, std::map<std::string, int>*, std::string*,
-                  std::string*) override {
-    const std::size_t before = text_.line();
-    follow();
-    if (text_.line() != before && !libraries_.load(arguments(text_.current()))) {
-      notes_.add("A material library that is named here isn't there or can't be read", text_.line());
-    }
-    return false;
   }
 
  private:
@@ -105,25 +77,29 @@ class ObjReader : public tinyobj::MaterialReader {
     std::size_t line;
   };
 
-  static ObjReader& of(void* self) { return *static_cast<ObjReader*>(self); }
-
-  void follow() {
-    text_.follow([&](std::string_view line) { note_skipped(line); });
-  }
-
-  void note_skipped(std::string_view line) {
-    const std::string_view text = trimmed(line);
-    if (text.empty() || text[0] == '#') return;
-    const std::string_view keyword = text.substr(0, text.find_first_of(" \t"));
-    if (keyword == "s" || keyword == "mtllib") return;
-    // Without a name these three are no callback's.
-    if (keyword == "o") return start_part(key_.object, "");
-    if (keyword == "g") return start_part(key_.group, "");
-    if (keyword == "usemtl") return start_part(key_.material, "");
-    if (keyword == "v" || keyword == "vn" || keyword == "vt" || keyword == "f") {
-      return add_error("This line has no numbers");
+  void read_line() {
+    TextCursor words(text_.current(), TextCursor::kNoComment);
+    const std::string_view keyword = words.next(), arguments = trimmed(words.rest());
+    if (keyword.empty() || keyword[0] == '#' || keyword == "s") return;
+    if (keyword == "v" || keyword == "f" || keyword == "vn" || keyword == "vt") {
+      if (arguments.empty()) return add_error("This line has no numbers");
+      if (keyword == "v") return positions_.push_back(read_vector(words));
+      if (keyword == "f") return add_face(arguments);
+      if (keyword == "vn") return normals_.push_back(read_vector(words));
+      ++texcoords_;
+    } else if (keyword == "o") {
+      start_part(key_.object, arguments);
+    } else if (keyword == "g") {
+      start_part(key_.group, arguments);
+    } else if (keyword == "usemtl") {
+      start_part(key_.material, arguments);
+      if (!arguments.empty()) used_.try_emplace(key_.material, text_.line());
+    } else if (keyword == "mtllib") {
+      if (!arguments.empty() && !libraries_.load(arguments))
+        notes_.add("A material library that is named here isn't there or can't be read", text_.line());
+    } else {
+      notes_.add("A statement other than v, vt, vn, f, o, g, s, usemtl and mtllib was ignored", text_.line());
     }
-    notes_.add("A statement other than v, vt, vn, f, o, g, s, usemtl and mtllib was ignored", text_.line());
   }
 
   void add_error(std::string detail) { add_error_at(text_.line(), std::move(detail)); }
@@ -132,49 +108,20 @@ class ObjReader : public tinyobj::MaterialReader {
     if (errors_.size() == kMaxFieldErrors) throw BrokenFile{std::move(errors_)};
   }
 
-  /// The line's first three numbers, read again: the loader makes 0 of NaN, and 3.1 of "3.1+e2".
-  Vec3 vector() {
-    follow();
-    TextCursor words(arguments(text_.current()), TextCursor::kNoComment);
+  Vec3 read_vector(TextCursor& words) {
     Vec3 v;
     for (int axis = 0; axis < 3; ++axis) {
-      const std::string_view word = words.next();
-      const std::optional<float> number = parse_float(word);
+      const std::optional<float> number = next_float(words);
       if (!number) {
+        const std::string_view word = words.next();
         add_error(word.empty() ? "Three numbers are expected here"
                                : "A number is expected here, not \"" + std::string(word.substr(0, 40)) + '"');
-        break;
+        return v;
       }
       v[axis] = *number;
     }
-    if (!words.next().empty()) notes_.add("What follows x y z (a weight, or a colour) is ignored", text_.line());
+    if (!words.ahead().empty()) notes_.add("What follows x y z (a weight, or a colour) is ignored", text_.line());
     return v;
-  }
-
-  void add_position() { positions_.push_back(vector()); }
-  void add_normal() { normals_.push_back(vector()); }
-
-  void add_texcoord() {
-    follow();
-    ++texcoords_;
-  }
-
-  void start_object(std::string_view name) {
-    follow();
-    start_part(key_.object, trimmed(name));
-  }
-
-  void start_group(const char** names, int count) {
-    follow();
-    std::string group;
-    for (int i = 0; i < count; ++i) group.append(names[i]).append(1, ' ');
-    start_part(key_.group, group);
-  }
-
-  void use_material(std::string_view name) {
-    follow();
-    start_part(key_.material, trimmed(name));
-    used_.try_emplace(key_.material, text_.line());
   }
 
   void start_part(std::string& part_of_key, std::string_view value) {
@@ -182,22 +129,24 @@ class ObjReader : public tinyobj::MaterialReader {
     part_ = nullptr;
   }
 
-  void add_face(const tinyobj::index_t* corners, int count) {
-    follow();
-    if (!are_corners(arguments(text_.current()))) {
-      return add_error("A face's corners are written v, v/vt, v//vn or v/vt/vn, with whole numbers other than 0");
+  void add_face(std::string_view corners) {
+    written_.clear();
+    const char* const end = corners.data() + corners.size();
+    for (const char* at = corners.data(); at != end;) {
+      if (!read_corner(at, end, written_.emplace_back()))
+        return add_error("A face's corners are written v, v/vt, v//vn or v/vt/vn, with whole numbers other than 0");
+      while (at != end && TextCursor::is_blank(*at)) ++at;
     }
-    if (count < 3) return notes_.add("A face with less than 3 corners was dropped", text_.line());
+    if (written_.size() < 3) return notes_.add("A face with less than 3 corners was dropped", text_.line());
     ObjFaces& faces = current_faces();
-    for (int i = 0; i < count; ++i) {
-      const tinyobj::index_t& corner = corners[i];
-      const auto position = resolve(kPosition, corner.vertex_index, positions_.size());
-      if (corner.texcoord_index != 0) resolve(kTexcoord, corner.texcoord_index, texcoords_);
-      const bool has_normal = corner.normal_index != 0;
+    for (const WrittenCorner& corner : written_) {
+      const std::uint32_t position = resolve(kPosition, corner.position, positions_.size());
+      if (corner.texcoord != 0) resolve(kTexcoord, corner.texcoord, texcoords_);
+      const bool has_normal = corner.normal != 0;
       faces.corners.push_back(
-          {position, has_normal ? resolve(kNormal, corner.normal_index, normals_.size()) : ObjCorner::kNoNormal});
+          {position, has_normal ? resolve(kNormal, corner.normal, normals_.size()) : ObjCorner::kNoNormal});
     }
-    faces.sizes.push_back(static_cast<std::uint32_t>(count));
+    faces.sizes.push_back(static_cast<std::uint32_t>(written_.size()));
   }
 
   ObjFaces& current_faces() {
@@ -214,7 +163,7 @@ class ObjReader : public tinyobj::MaterialReader {
   }
 
   /// From 0. Files may name what comes later, so an index beyond what is there yet is looked at again in the end.
-  std::uint32_t resolve(Kind kind, int index, std::size_t count) {
+  std::uint32_t resolve(Kind kind, std::int32_t index, std::size_t count) {
     if (index > 0) {
       const auto from_zero = static_cast<std::uint32_t>(index - 1);
       if (from_zero >= count) forward_.push_back({kind, from_zero, text_.line()});
@@ -283,6 +232,7 @@ class ObjReader : public tinyobj::MaterialReader {
   std::vector<Part> parts_;
   Part* part_ = nullptr;                     ///< Of `key_`; null until its next face.
   std::map<std::string, std::size_t> used_;  ///< Materials, and where they are named first.
+  std::vector<WrittenCorner> written_;       ///< Of the face that is being read.
   std::vector<ForwardReference> forward_;
   std::vector<FieldError> errors_;
 };

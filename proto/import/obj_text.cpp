@@ -29,7 +29,6 @@ ObjText::ObjText(std::string text, std::string_view file_name) : text_(std::move
   mend_line_ends();
   mend_comments();
   join_continued_lines();
-  setg(text_.data(), text_.data(), text_.data() + text_.size());
 }
 
 void ObjText::mend_line_ends() {
@@ -68,12 +67,14 @@ void ObjText::join_continued_lines() {
   }
 }
 
-void ObjText::advance() {
+bool ObjText::next() {
+  if (next_ >= text_.size()) return false;
   const std::size_t end = std::min(text_.find('\n', next_), text_.size());
   current_ = std::string_view(text_).substr(next_, end - next_);
   next_ = end + 1;
   ++line_;
   for (; next_joined_ < joined_.size() && joined_[next_joined_] < end; ++next_joined_) ++line_;
+  return true;
 }
 
 }  // namespace tessera::proto

@@ -27,30 +27,26 @@ void fail_short(std::string_view file_name, std::uint64_t missing) {
                                                    (missing == 1 ? " byte is" : " bytes are") + " missing"}}};
 }
 
-std::string_view PlyTextBody::token() {
-  const std::string_view token = cursor_.next();
-  if (token.empty()) {
-    throw BrokenFile{{{file_place(file_name_, cursor_.line()), "The file ends where a number is expected"}}};
-  }
-  return token;
+void PlyTextBody::fail(const std::string& expected) {
+  const std::string_view word = cursor_.next();
+  throw BrokenFile{{{file_place(file_name_, cursor_.line()),
+                     word.empty() ? "The file ends where a number is expected"
+                                  : expected + " is expected here, not \"" + std::string(word.substr(0, 40)) + '"'}}};
 }
 
 float PlyTextBody::number(PlyScalar) {
-  const std::string_view word = token();
-  if (const std::optional<float> value = parse_float(word)) return *value;
-  throw BrokenFile{{{file_place(file_name_, cursor_.line()),
-                     "A number is expected here, not \"" + std::string(word.substr(0, 40)) + '"'}}};
+  if (const std::optional<float> value = next_float(cursor_)) return *value;
+  fail("A number");
 }
 
 std::int64_t PlyTextBody::integer(PlyScalar) {
-  const std::string_view word = token();
-  if (const std::optional<std::int64_t> value = parse_integer<std::int64_t>(word)) return *value;
-  throw BrokenFile{{{file_place(file_name_, cursor_.line()),
-                     "A whole number is expected here, not \"" + std::string(word.substr(0, 40)) + '"'}}};
+  if (const std::optional<std::int64_t> value = next_integer(cursor_)) return *value;
+  fail("A whole number");
 }
 
 void PlyTextBody::skip(PlyScalar, std::uint64_t times) {
-  for (std::uint64_t i = 0; i < times; ++i) token();
+  for (std::uint64_t i = 0; i < times; ++i)
+    if (cursor_.next().empty()) fail("A number");
 }
 
 PlyBinaryBody::PlyBinaryBody(std::string_view bytes, const PlyHeader& header, std::string_view file_name)

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "proto/import/ply_header.h"
@@ -34,7 +35,8 @@ class PlyTextBody {
   void expect_after(std::uint64_t) {}
 
  private:
-  std::string_view token();
+  /// Throws the error of the next token, which isn't the `expected`.
+  [[noreturn]] void fail(const std::string& expected);
 
   TextCursor cursor_;
   std::string_view file_name_;

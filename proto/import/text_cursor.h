@@ -26,15 +26,24 @@ class TextCursor {
     return token();
   }
 
+  /// What hasn't been read, from the next token on; empty at the end of the text.
+  std::string_view ahead() {
+    skip_blanks(true);
+    return rest();
+  }
+
+  /// Passes over the first `length` characters of `rest()`, which must hold no line's end.
+  void pass(std::size_t length) { at_ += length; }
+
   /// What hasn't been read.
   std::string_view rest() const { return {at_, static_cast<std::size_t>(end_ - at_)}; }
 
   /// The line of the last token, or where the cursor stopped for lack of one; the first is 1.
   std::size_t line() const { return line_; }
 
- private:
   static bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
+ private:
   void skip_blanks(bool across_lines) {
     for (; at_ != end_; ++at_) {
       if (*at_ == comment_) {

@@ -27,10 +27,11 @@ LIBRARIES = {
     "core": [],
     "core/io": ["OpenImageIO/"],
     "proto/wire": ["nlohmann/", "openssl/"],
-    "proto": ["nlohmann/", "tiny_obj_loader.h"],
+    "proto": ["nlohmann/"],
     "server": ["boost/", "nlohmann/", "spdlog/", "CLI/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
     "tests": ["gtest/", "boost/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
+    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h"],
 }
 
 # POSIX, for the parts that talk to the system.

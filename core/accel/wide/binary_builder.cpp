@@ -8,6 +8,7 @@
 #include "core/accel/wide/binned_sah.h"
 #include "core/accel/wide/collapse.h"
 #include "core/accel/wide/spatial_split.h"
+#include "core/accel/wide/triangle_corners.h"
 #include "core/accel/wide/work_crew.h"
 
 namespace tessera {
@@ -72,10 +73,7 @@ class Builder {
       block.end = std::min(count, block.begin + kBlock);
       for (std::uint32_t i = block.begin; i < block.end; ++i) {
         LanesBox box = LanesBox::empty();
-        for (const std::uint32_t corner : mesh_.triangles[i]) {
-          const Vec3& p = mesh_.positions[corner];
-          box.extend(Lanes{p.x, p.y, p.z, 0});
-        }
+        for (const Lanes corner : corners_of(mesh_, i)) box.extend(corner);
         refs_[0][i] = PrimitiveRef::of(box, i);
         block.extend(refs_[0][i]);
       }
@@ -146,7 +144,7 @@ class Builder {
     // Coordinates made to defeat the heuristic end where there are just levels enough to halve what is left.
     const std::uint32_t levels_left = WideTree::kMostDepth - 1 - depth;
     if (static_cast<std::uint32_t>(std::bit_width(range.count())) >= levels_left) return halve(range, left, right);
-    const std::span<const PrimitiveRef> refs{refs_[range.half].data() + range.begin, range.count()};
+    const std::span<const PrimitiveRef> refs = refs_of(range);
     const BinGrid grid(range.middles, range.count());
     const Split best = bin_middles(refs, grid).best_split(range.count(), unit_);
     if (best.axis < 0) return halve(range, left, right);
@@ -168,20 +166,24 @@ class Builder {
     right.end += split.right;
     left.box = split.left_box;
     right.box = split.right_box;
-    PrimitiveRef* to[2] = {refs_[left.half].data() + left.begin, refs_[right.half].data() + right.begin};
-    const PrimitiveRef* from = refs_[range.half].data();
+    PrimitiveRef* to_left = refs_[left.half].data() + left.begin;
+    PrimitiveRef* to_right = refs_[right.half].data() + right.begin;
+    LanesBox left_middles = LanesBox::empty(), right_middles = LanesBox::empty();
     const LanesBox none = LanesBox::empty();
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const PrimitiveRef& ref = from[i];
-      const bool is_right = grid.is_right_of(ref, split.axis, split.bin);
-      *to[is_right]++ = ref;
-      const IntLanes goes_right = IntLanes{} - is_right;
+    for (const PrimitiveRef& ref : refs_of(range)) {
+      const IntLanes goes_right = grid.is_right_of(ref, split.axis, split.bin);
+      const bool is_right = goes_right[0];
+      *(is_right ? to_right : to_left) = ref;
+      to_right += is_right;
+      to_left += !is_right;
       const Lanes at = ref.middle();
-      left.middles.lo = min(left.middles.lo, goes_right ? none.lo : at);
-      left.middles.hi = max(left.middles.hi, goes_right ? none.hi : at);
-      right.middles.lo = min(right.middles.lo, goes_right ? at : none.lo);
-      right.middles.hi = max(right.middles.hi, goes_right ? at : none.hi);
+      left_middles.lo = min(left_middles.lo, goes_right ? none.lo : at);
+      left_middles.hi = max(left_middles.hi, goes_right ? none.hi : at);
+      right_middles.lo = min(right_middles.lo, goes_right ? at : none.lo);
+      right_middles.hi = max(right_middles.hi, goes_right ? at : none.hi);
     }
+    left.middles = left_middles;
+    right.middles = right_middles;
   }
 
   /// Deals by a plane that cuts references, unless leaving one whole is cheaper. False, and nothing done, where there
@@ -202,8 +204,7 @@ class Builder {
       right.extend(ref);
     };
     Reunion reunion(split, unit_);
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const PrimitiveRef& ref = refs_[range.half][i];
+    for (const PrimitiveRef& ref : refs_of(range)) {
       if (ref.hi[split.axis] <= plane) {
         put_left(ref);
       } else if (ref.lo[split.axis] >= plane) {
@@ -235,6 +236,10 @@ class Builder {
     left.room_begin = range.room_begin;
     left.room_end = right.room_begin = middle;
     right.room_end = range.room_end;
+  }
+
+  std::span<const PrimitiveRef> refs_of(const Range& range) const {
+    return {refs_[range.half].data() + range.begin, range.count()};
   }
 
   Range around(std::uint32_t begin, std::uint32_t end, int half) const {

@@ -10,8 +10,8 @@ namespace {
 struct Boxes {
   LanesBox along[3];
 
-  void extend(const LanesBox (&other)[3]) {
-    for (int axis = 0; axis < 3; ++axis) along[axis].extend(other[axis]);
+  void extend(const Bins& bins, int bin) {
+    for (int axis = 0; axis < 3; ++axis) along[axis].extend(bins.box[axis][bin]);
   }
   /// Their half areas. Empty boxes have none.
   Lanes half_areas(Lanes unit) const {
@@ -47,7 +47,7 @@ BinGrid::BinGrid(const LanesBox& middles, std::uint32_t count)
 
 Bins::Bins(int bins) : size(bins) {
   for (int bin = 0; bin < size; ++bin) {
-    for (LanesBox& b : box[bin]) b = LanesBox::empty();
+    for (auto& along : box) along[bin] = LanesBox::empty();
     entering[bin] = leaving[bin] = IntLanes{};
   }
 }
@@ -58,7 +58,7 @@ Split Bins::best_split(std::uint32_t count, float unit) const {
   right[size] = IntLanes{};
   Boxes side = kNoBoxes;
   for (int bin = size - 1; bin > 0; --bin) {
-    side.extend(box[bin]);
+    side.extend(*this, bin);
     right[bin] = right[bin + 1] + leaving[bin];
     right_cost[bin] = side.half_areas(spread(unit)) * to_float(right[bin]);
   }
@@ -67,7 +67,7 @@ Split Bins::best_split(std::uint32_t count, float unit) const {
   IntLanes left{}, best_bin{}, best_left{};
   Lanes best_cost = spread(kInfinity);
   for (int bin = 1; bin < size; ++bin) {
-    side.extend(box[bin - 1]);
+    side.extend(*this, bin - 1);
     left += entering[bin - 1];
     const Lanes cost = side.half_areas(spread(unit)) * to_float(left) + right_cost[bin];
     const IntLanes is_better = (left < all) & (right[bin] < all) & (cost < best_cost);
@@ -86,16 +86,16 @@ Split Bins::best_split(std::uint32_t count, float unit) const {
   best.left = static_cast<std::uint32_t>(best_left[best.axis]);
   best.right = static_cast<std::uint32_t>(right[best.bin][best.axis]);
   best.left_box = best.right_box = LanesBox::empty();
-  for (int bin = 0; bin < size; ++bin) (bin < best.bin ? best.left_box : best.right_box).extend(box[bin][best.axis]);
+  for (int bin = 0; bin < size; ++bin) (bin < best.bin ? best.left_box : best.right_box).extend(box[best.axis][bin]);
   return best;
 }
 
 Bins bin_middles(std::span<const PrimitiveRef> refs, const BinGrid& grid) {
   Bins bins(grid.bins());
   for (const PrimitiveRef& ref : refs) {
-    const IntLanes bin = grid.bins_of(ref.middle());
+    const WordLanes bin = grid.bins_of(ref.middle());
     for (int axis = 0; axis < 3; ++axis) {
-      bins.box[bin[axis]][axis].extend(ref.box());
+      bins.box[axis][bin[axis]].extend(ref.box());
       ++bins.entering[bin[axis]][axis];
     }
   }

@@ -16,17 +16,19 @@ class BinGrid {
   BinGrid(const LanesBox& middles, std::uint32_t count);
 
   int bins() const { return bins_; }
-  IntLanes bins_of(Lanes middle) const {
-    return __builtin_convertvector(min(max((middle - base_) * scale_, Lanes{}), last_), IntLanes);
+  WordLanes bins_of(Lanes middle) const {
+    const Lanes clamped = min(max((middle - base_) * scale_, first_), last_);
+    return reinterpret_cast<WordLanes>(__builtin_convertvector(clamped, IntLanes));
   }
-  /// Whether its bin is `bin` (> 0) or a later one.
-  bool is_right_of(const PrimitiveRef& ref, int axis, int bin) const {
-    return (ref.lo[axis] + ref.hi[axis] - base_[axis]) * scale_[axis] >= static_cast<float>(bin);
+  /// All bits set in all lanes if its bin is `bin` (> 0) or a later one; none otherwise.
+  IntLanes is_right_of(const PrimitiveRef& ref, int axis, int bin) const {
+    const float place = (ref.lo[axis] + ref.hi[axis] - base_[axis]) * scale_[axis];
+    return spread(place) >= spread(static_cast<float>(bin));
   }
 
  private:
   int bins_;
-  Lanes base_, scale_, last_;
+  Lanes base_, scale_, first_{}, last_;
 };
 
 /// Where a set of references is parted: those in bins below `bin` go left.
@@ -41,7 +43,7 @@ struct Split {
 /// References sorted into bins along all three axes at once.
 struct Bins {
   int size;
-  LanesBox box[BinGrid::kMostBins][3];
+  LanesBox box[3][BinGrid::kMostBins];
   IntLanes entering[BinGrid::kMostBins];  ///< References whose first bin along each axis it is,
   IntLanes leaving[BinGrid::kMostBins];   ///< and whose last.
 

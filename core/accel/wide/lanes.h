@@ -10,6 +10,7 @@ namespace tessera {
 /// some form.
 using Lanes = float __attribute__((vector_size(16)));
 using IntLanes = std::int32_t __attribute__((vector_size(16)));
+using WordLanes = std::uint32_t __attribute__((vector_size(16)));
 
 inline Lanes min(Lanes a, Lanes b) { return a < b ? a : b; }
 inline Lanes max(Lanes a, Lanes b) { return a > b ? a : b; }

@@ -86,13 +86,13 @@ SpatialSplit best_spatial_split(const TriangleMesh& mesh, std::span<const Primit
       ++bins.entering[first][axis];
       ++bins.leaving[last][axis];
       if (first == last) {
-        bins.box[first][axis].extend(ref.box());
+        bins.box[axis][first].extend(ref.box());
         continue;
       }
       chop(corners_of(mesh, ref.triangle()), slabs, axis, first, last, part);
       for (int slab = first; slab <= last; ++slab) {
         const LanesBox piece = common(part[slab], ref.box());
-        if (!piece.is_empty()) bins.box[slab][axis].extend(piece);
+        if (!piece.is_empty()) bins.box[axis][slab].extend(piece);
       }
     }
   }

@@ -26,15 +26,6 @@ LanesBox crossing(Lanes a, Lanes b, int axis, float plane) {
 
 }  // namespace
 
-Corners corners_of(const TriangleMesh& mesh, std::uint32_t triangle) {
-  Corners corners;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3& p = mesh.positions[mesh.triangles[triangle][i]];
-    corners[i] = Lanes{p.x, p.y, p.z, 0};
-  }
-  return corners;
-}
-
 TriangleCut::TriangleCut(const Corners& corners, int axis, float plane) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Lanes a = corners[i], b = corners[(i + 1) % 3];

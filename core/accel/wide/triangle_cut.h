@@ -1,15 +1,8 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-
-#include "core/accel/wide/lanes.h"
-#include "core/geometry/triangle_mesh.h"
+#include "core/accel/wide/triangle_corners.h"
 
 namespace tessera {
-
-using Corners = std::array<Lanes, 3>;
-Corners corners_of(const TriangleMesh& mesh, std::uint32_t triangle);
 
 /// Boxes of the parts of a triangle on the two sides of a plane across an axis; both sides have what lies in the plane.
 /// They hold the exact parts: roundings are outward.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/accel/wide/triangle_corners.h"
+
 namespace tessera {
 namespace {
 
@@ -74,22 +76,23 @@ WideNode make_wide_node(std::span<const Aabb> boxes) {
 
 std::uint32_t write_leaf(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::uint32_t* words) {
   const std::size_t count = triangles.size();
-  float longest = 0;
+  Lanes longest{};
   for (std::size_t i = 0; i < count; ++i) {
-    Aabb box;
+    const Corners corners = corners_of(mesh, triangles[i]);
     std::uint32_t* column = words + 1 + i;
-    for (const std::uint32_t corner : mesh.triangles[triangles[i]]) {
-      const Vec3 p = mesh.positions[corner];
-      box.extend(p);
-      for (const float x : {p.x, p.y, p.z}) {
-        *column = std::bit_cast<std::uint32_t>(x);
-        column += count;
-      }
+    LanesBox box = LanesBox::empty();
+    for (const Lanes corner : corners) {
+      box.extend(corner);
+      const auto bits = reinterpret_cast<WordLanes>(corner);
+      column[0] = bits[0];
+      column[count] = bits[1];
+      column[2 * count] = bits[2];
+      column += 3 * count;
     }
     *column = triangles[i];
-    longest = std::max(longest, max_component(box.diagonal()));
+    longest = max(longest, box.hi - box.lo);
   }
-  words[0] = std::bit_cast<std::uint32_t>(longest);
+  words[0] = std::bit_cast<std::uint32_t>(std::max({longest[0], longest[1], longest[2]}));
   const std::uint32_t size = leaf_words(static_cast<std::uint32_t>(count));
   std::fill(words + 1 + 10 * count, words + size, 0U);
   return size;

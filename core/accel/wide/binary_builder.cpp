@@ -186,11 +186,10 @@ class Builder {
     right.middles = right_middles;
   }
 
-  /// Deals by a plane that cuts references, unless leaving one whole is cheaper. False, and nothing done, where there
-  /// is no room or one side would be empty.
+  /// Deals by a plane that cuts references, unless leaving one whole is cheaper, or there is no room left. False, and
+  /// nothing done, where one side would be empty.
   bool cut(const Range& range, const SpatialSplit& spatial, Range& left, Range& right) {
     const auto& [split, plane] = spatial;
-    if (split.left + split.right > range.room()) return false;
     left = right = {.half = 1 - range.half};
     left.begin = left.end = range.room_begin;
     right.begin = right.end = range.room_end;
@@ -203,6 +202,7 @@ class Builder {
       to[--right.begin] = ref;
       right.extend(ref);
     };
+    std::uint32_t spare = range.room() - range.count();
     Reunion reunion(split, unit_);
     for (const PrimitiveRef& ref : refs_of(range)) {
       if (ref.hi[split.axis] <= plane) {
@@ -211,17 +211,12 @@ class Builder {
         put_right(ref);
       } else {
         const RefCut parts(mesh_, ref, split.axis, plane);
-        switch (parts.left.is_empty() ? Side::right : parts.right.is_empty() ? Side::left : reunion.side_of(ref)) {
-          case Side::left:
-            put_left(ref);
-            break;
-          case Side::right:
-            put_right(ref);
-            break;
-          case Side::both:
-            put_left(PrimitiveRef::of(parts.left, ref.triangle()));
-            put_right(PrimitiveRef::of(parts.right, ref.triangle()));
-        }
+        const Side side = parts.left.is_empty()    ? Side::right
+                          : parts.right.is_empty() ? Side::left
+                                                   : reunion.side_of(ref, spare > 0);
+        if (side == Side::both) --spare;
+        if (side != Side::right) put_left(side == Side::both ? PrimitiveRef::of(parts.left, ref.triangle()) : ref);
+        if (side != Side::left) put_right(side == Side::both ? PrimitiveRef::of(parts.right, ref.triangle()) : ref);
       }
     }
     if (left.count() == 0 || right.count() == 0) return false;

@@ -8,15 +8,16 @@
 namespace tessera {
 namespace {
 
-/// Of the object split's cost, at least, by which it would fall if its children were cut clean of each other.
+/// Part of the object split's cost, at least, that would be saved if its children were cut clean of each other.
 constexpr float kLeastGain = 0.1F;
 
-/// Boxes that a line through the node meets on average: 3 to 7 for whole meshes of any fineness and for their parts,
-/// over 100 in interiors that aren't aligned with the axes.
+/// Boxes that a line through the node meets on average: 3 to 7 in surfaces of small triangles, however many there are;
+/// 20 to 160 in interiors that aren't aligned with the axes.
 constexpr float kManyBoxes = 8;
 
 LanesBox common(const LanesBox& a, const LanesBox& b) { return {max(a.lo, b.lo), min(a.hi, b.hi)}; }
 
+/// Cuts a node's box into equal slabs along each axis.
 class Slabs {
  public:
   explicit Slabs(const LanesBox& box) : base_(box.lo), last_(spread(kSlabs - 1)) {
@@ -28,32 +29,38 @@ class Slabs {
     }
     scale_[3] = step_[3] = 0;
   }
-  IntLanes slabs_of(Lanes p) const {
-    return __builtin_convertvector(min(max((p - base_) * scale_, Lanes{}), last_), IntLanes);
+  WordLanes slabs_of(Lanes p) const {
+    const Lanes clamped = min(max((p - base_) * scale_, first_), last_);
+    return reinterpret_cast<WordLanes>(__builtin_convertvector(clamped, IntLanes));
   }
   /// Between slabs `slab - 1` and `slab`.
-  float plane(int axis, int slab) const { return base_[axis] + step_[axis] * static_cast<float>(slab); }
+  float plane(int axis, std::uint32_t slab) const { return base_[axis] + step_[axis] * static_cast<float>(slab); }
 
   static constexpr int kSlabs = BinGrid::kMostBins;
 
  private:
-  Lanes base_, scale_, step_, last_;
+  Lanes base_, scale_, step_, first_{}, last_;
 };
 
-/// The boxes of a triangle's parts in each slab from `first` to `last`: about, since they only tell what splits cost.
-void chop(const Corners& corners, const Slabs& slabs, int axis, int first, int last, LanesBox* part) {
-  for (int slab = first; slab <= last; ++slab) part[slab] = LanesBox::empty();
+/// Extends the boxes of slabs from `first` to `last` by a triangle's parts in them, as far as they are in a reference's
+/// box: about, since they only tell what splits cost.
+void chop(const Corners& corners, const PrimitiveRef& ref, const Slabs& slabs, int axis, std::uint32_t first,
+          std::uint32_t last, LanesBox* box) {
+  const auto inside = [&ref](Lanes p) { return min(max(p, ref.lo), ref.hi); };
   for (std::size_t i = 0; i < 3; ++i) {
     Lanes a = corners[i], b = corners[(i + 1) % 3];
-    part[std::clamp(slabs.slabs_of(a)[axis], first, last)].extend(a);
-    if (a[axis] > b[axis]) std::swap(a, b);
-    const int from = std::max(slabs.slabs_of(a)[axis], first), to = std::min(slabs.slabs_of(b)[axis], last);
+    std::uint32_t from = slabs.slabs_of(a)[axis], to = slabs.slabs_of(b)[axis];
+    box[std::clamp(from, first, last)].extend(inside(a));
+    if (from > to) {
+      std::swap(from, to);
+      std::swap(a, b);
+    }
+    if (from == to) continue;
     const Lanes slope = (b - a) / spread(b[axis] - a[axis]);
-    for (int slab = from + 1; slab <= to; ++slab) {
-      const float plane = slabs.plane(axis, slab);
-      const Lanes at = min(max(a + slope * spread(plane - a[axis]), min(a, b)), max(a, b));
-      part[slab - 1].extend(at);
-      part[slab].extend(at);
+    for (std::uint32_t slab = std::max(from, first) + 1; slab <= std::min(to, last); ++slab) {
+      const Lanes at = inside(a + slope * spread(slabs.plane(axis, slab) - a[axis]));
+      box[slab - 1].extend(at);
+      box[slab].extend(at);
     }
   }
 }
@@ -78,26 +85,27 @@ SpatialSplit best_spatial_split(const TriangleMesh& mesh, std::span<const Primit
                                 float unit) {
   const Slabs slabs(box);
   Bins bins(Slabs::kSlabs);
-  LanesBox part[Slabs::kSlabs];
   for (const PrimitiveRef& ref : refs) {
-    const IntLanes from = slabs.slabs_of(ref.lo), to = slabs.slabs_of(ref.hi);
+    const WordLanes from = slabs.slabs_of(ref.lo), to = slabs.slabs_of(ref.hi);
     for (int axis = 0; axis < 3; ++axis) {
-      const int first = from[axis], last = to[axis];
+      const std::uint32_t first = from[axis], last = to[axis];
       ++bins.entering[first][axis];
       ++bins.leaving[last][axis];
+      LanesBox* slab = bins.box[axis];
       if (first == last) {
-        bins.box[axis][first].extend(ref.box());
-        continue;
-      }
-      chop(corners_of(mesh, ref.triangle()), slabs, axis, first, last, part);
-      for (int slab = first; slab <= last; ++slab) {
-        const LanesBox piece = common(part[slab], ref.box());
-        if (!piece.is_empty()) bins.box[axis][slab].extend(piece);
+        slab[first].extend(ref.box());
+      } else if (last - first == 1) {
+        LanesBox low = ref.box(), high = low;
+        low.hi[axis] = high.lo[axis] = slabs.plane(axis, last);
+        slab[first].extend(low);
+        slab[last].extend(high);
+      } else {
+        chop(corners_of(mesh, ref.triangle()), ref, slabs, axis, first, last, slab);
       }
     }
   }
   SpatialSplit best{bins.best_split(static_cast<std::uint32_t>(refs.size()), unit)};
-  if (best.split.axis >= 0) best.plane = slabs.plane(best.split.axis, best.split.bin);
+  if (best.split.axis >= 0) best.plane = slabs.plane(best.split.axis, static_cast<std::uint32_t>(best.split.bin));
   return best;
 }
 
@@ -114,7 +122,7 @@ Reunion::Reunion(const Split& split, float unit)
       lefts_(static_cast<float>(split.left)),
       rights_(static_cast<float>(split.right)) {}
 
-Side Reunion::side_of(const PrimitiveRef& ref) {
+Side Reunion::side_of(const PrimitiveRef& ref, bool may_cut) {
   LanesBox left_with = left_, right_with = right_;
   left_with.extend(ref.box());
   right_with.extend(ref.box());
@@ -122,7 +130,7 @@ Side Reunion::side_of(const PrimitiveRef& ref) {
   const float cost_both = left * lefts_ + right * rights_;
   const float cost_left = half_area(left_with, unit_) * lefts_ + right * (rights_ - 1);
   const float cost_right = left * (lefts_ - 1) + half_area(right_with, unit_) * rights_;
-  if (cost_both <= cost_left && cost_both <= cost_right) return Side::both;
+  if (may_cut && cost_both <= cost_left && cost_both <= cost_right) return Side::both;
   if (cost_left <= cost_right) {
     left_ = left_with;
     --rights_;

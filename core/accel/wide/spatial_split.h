@@ -36,7 +36,8 @@ enum class Side { left, right, both };
 class Reunion {
  public:
   Reunion(const Split& split, float unit);
-  Side side_of(const PrimitiveRef& ref);
+  /// `both` only if it may be cut.
+  Side side_of(const PrimitiveRef& ref, bool may_cut);
 
  private:
   float unit_;

@@ -55,7 +55,8 @@ class Builder {
     unit_ = std::min(1 / std::max({size[0], size[1], size[2]}), 0x1p126F);
     TaskStack<Part*> parts;
     parts.push(&root);
-    parts.run(options.threads, [&](Part* part) { build(*part, parts); });
+    const std::uint32_t most_threads = 1 + room / kOneTask;
+    parts.run(std::min(options.threads, most_threads), [&](Part* part) { build(*part, parts); });
     plan(root);
   }
 

@@ -3,11 +3,14 @@
 #include "core/accel/wide/wide_build.h"
 
 #include <bit>
+#include <cstring>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/effort.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
 
@@ -285,6 +288,86 @@ TEST(WideBuild, TwinsStayShallow) {
   EXPECT_LE(tree.stats.depth, 16U);
   mesh.triangles.resize(5000);
   check_all_ways(mesh);
+}
+
+/// Long walls side by side, turned by 30° about two axes, with small things between them.
+TriangleMesh turned_walls(int walls, int things) {
+  TriangleMesh mesh;
+  const auto turned = [](double x, double y, double z) {
+    const double u = 0.866 * x - 0.5 * y, v = 0.5 * x + 0.866 * y;
+    return to_float(Vec3d{0.866 * u - 0.5 * z, v, 0.5 * u + 0.866 * z});
+  };
+  Random random(11);
+  for (int i = 0; i < walls; ++i) {
+    add(mesh, turned(0, i, 0), turned(100, i, 0), turned(100, i, 30));
+    add(mesh, turned(0, i, 0), turned(100, i, 30), turned(0, i, 30));
+  }
+  for (int i = 0; i < things; ++i) {
+    const double x = random.uniform(0, 100), y = random.uniform(0, walls), z = random.uniform(0, 30);
+    add(mesh, turned(x, y, z), turned(x + 0.1, y, z), turned(x, y + 0.1, z + 0.1));
+  }
+  return mesh;
+}
+
+/// Half areas of all boxes but the root's, each once for a node and once for a leaf.
+double expected_visits(const WideTree& tree) {
+  double sum = 0;
+  for (const WideNode& node : tree.nodes)
+    for (int i = 0; i < WideNode::kChildren && node.child[i] != kNoChild; ++i) {
+      Vec3d size;
+      for (int axis = 0; axis < 3; ++axis) size[axis] = double{node.step[axis]} * (node.hi[axis][i] - node.lo[axis][i]);
+      sum += size.x * size.y + size.y * size.z + size.z * size.x;
+    }
+  return sum;
+}
+
+TEST(WideBuild, LongTrianglesAreCutWithinTheirAllowance) {
+  const TriangleMesh mesh = turned_walls(100, 2000);
+  check_all_ways(mesh);
+  const WideTree cut = build_wide(mesh), whole = build_wide(mesh, {.spatial_splits = false});
+  const std::size_t references = Anatomy(mesh, cut, WideBuildOptions().leaf_size).references();
+  EXPECT_GT(references, mesh.triangles.size() * 11 / 10);
+  EXPECT_LE(references, mesh.triangles.size() * 13 / 10);
+  EXPECT_LT(expected_visits(cut), 0.75 * expected_visits(whole));
+}
+
+TEST(WideBuild, SurfacesOfSmallTrianglesAreNotCut) {
+  for (const TriangleMesh& mesh : {icosphere(5, 2, {1, 2, 3}), grid_plane(50)})
+    EXPECT_EQ(Anatomy(mesh, build_wide(mesh), WideBuildOptions().leaf_size).references(), mesh.triangles.size());
+}
+
+TEST(WideBuild, TheNumberOfThreadsChangesNothing) {
+  for (const TriangleMesh& mesh : {turned_walls(300, 40000), soup(5, 30000, 1), icosphere(6)}) {
+    const WideTree one = build_wide(mesh, {.threads = 1});
+    for (const unsigned threads : {0U, 2U, 7U}) {
+      const WideTree many = build_wide(mesh, {.threads = threads});
+      EXPECT_EQ(many.root, one.root);
+      ASSERT_EQ(many.nodes.size(), one.nodes.size());
+      ASSERT_EQ(many.leaves.size(), one.leaves.size());
+      EXPECT_EQ(std::memcmp(many.nodes.data(), one.nodes.data(), one.nodes.size_bytes()), 0);
+      EXPECT_EQ(std::memcmp(many.leaves.data(), one.leaves.data(), one.leaves.size_bytes()), 0);
+      EXPECT_EQ(many.stats.depth, one.stats.depth);
+    }
+  }
+}
+
+TEST(WideBuild, LargeMeshesAreWholeToo) {
+  check(turned_walls(300, 20000), {.threads = 2});
+  check(icosphere(6), {.threads = 2});
+}
+
+TEST(WideBuild, ArraysBeginOnCacheLines) {
+  const WideTree tree = build_wide(icosphere(3));
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(tree.nodes.data()) % 64, 0U);
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(tree.leaves.data()) % 64, 0U);
+}
+
+TEST(WideBuild, TooManyTrianglesAreRefused) {
+  if (!long_tests()) GTEST_SKIP() << "takes 640 MB: TESSERA_LONG_TESTS=1";
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 2}};
+  mesh.triangles.assign(54'000'000, {0, 1, 2});
+  EXPECT_THROW(build_wide(mesh), std::length_error);
 }
 
 }  // namespace

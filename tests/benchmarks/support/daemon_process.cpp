@@ -10,10 +10,15 @@
 
 namespace tessera::bench {
 
-DaemonProcess::DaemonProcess(const std::filesystem::path& program) {
+DaemonProcess::DaemonProcess(const std::filesystem::path& program, const std::vector<std::string>& flags) {
   std::string folder = std::filesystem::temp_directory_path() / "tessera-bench-XXXXXX";
   if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no temporary folder for the daemon");
   data_ = folder;
+  std::vector<std::string> command = {program.string(), "--port", "0", "--data-dir", folder, "--log-level", "warn"};
+  command.insert(command.end(), flags.begin(), flags.end());
+  std::vector<char*> arguments;
+  for (std::string& word : command) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
   int output[2];
   if (pipe(output) != 0) throw std::runtime_error("no pipe for the daemon");
   process_ = fork();
@@ -21,8 +26,7 @@ DaemonProcess::DaemonProcess(const std::filesystem::path& program) {
     dup2(output[1], STDOUT_FILENO);
     close(output[0]);
     close(output[1]);
-    execl(program.c_str(), program.c_str(), "--port", "0", "--data-dir", folder.c_str(), "--log-level", "warn",
-          nullptr);
+    execv(arguments[0], arguments.data());
     _exit(127);
   }
   close(output[1]);

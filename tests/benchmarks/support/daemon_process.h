@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <sys/types.h>
 
@@ -11,8 +13,8 @@ namespace tessera::bench {
 /// A tesserad of its own on a free loopback port, with its data in a folder that goes with it.
 class DaemonProcess {
  public:
-  /// Returns once it listens. Throws std::runtime_error when it doesn't.
-  explicit DaemonProcess(const std::filesystem::path& program);
+  /// Returns once it listens. `flags` go to it beside its own. Throws std::runtime_error when it doesn't start.
+  explicit DaemonProcess(const std::filesystem::path& program, const std::vector<std::string>& flags = {});
   ~DaemonProcess();
   DaemonProcess(const DaemonProcess&) = delete;
   DaemonProcess& operator=(const DaemonProcess&) = delete;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/random.h"
+#include "tests/support/wide.h"
 
 namespace tessera {
 namespace {
@@ -34,6 +35,28 @@ TEST(TriangleCut, PartsHoldWhatLiesOnTheirSide) {
       const Vec3d point = p[0] * (1 - u - v) + p[1] * u + p[2] * v;
       EXPECT_TRUE(point[axis] > plane - error || may_hold(cut.below, point, error)) << seed;
       EXPECT_TRUE(point[axis] < plane + error || may_hold(cut.above, point, error)) << seed;
+    }
+  }
+}
+
+/// Where edges cross the plane, parts end; so there a box that is rounded to the nearest float would be too small.
+TEST(TriangleCut, PartsHoldWhereEdgesCrossThePlane) {
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    Random random(seed);
+    const double size = random.magnitude(-30, 17);
+    std::array<Vec3, 3> p;
+    for (Vec3& corner : p) corner = to_float(random.in_cube() * size);
+    const Corners corners{lanes(p[0]), lanes(p[1]), lanes(p[2])};
+    const int axis = static_cast<int>(seed % 3);
+    const auto plane = static_cast<float>(size * random.uniform(-0.5, 0.5));
+    const TriangleCut cut(corners, axis, plane);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3w a = widen(p[i]), b = widen(p[(i + 1) % 3]);
+      if ((a[axis] < plane) == (b[axis] < plane)) continue;
+      const Vec3w point = a + (b - a) * ((plane - a[axis]) / (b[axis] - a[axis]));
+      const Wide error = 0x1p-60L * static_cast<Wide>(size);
+      EXPECT_LE(outside(cut.below.aabb(), point), error) << seed;
+      EXPECT_LE(outside(cut.above.aabb(), point), error) << seed;
     }
   }
 }

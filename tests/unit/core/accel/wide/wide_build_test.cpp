@@ -11,21 +11,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
+#include "tests/support/exact_sum.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
 
 namespace tessera {
 namespace {
-
-/// Whether p + q, without any rounding, is less than v (−1), v (0) or more (1). The rounded sum decides unless it
-/// equals v, and then its error does (Knuth's TwoSum).
-int compare_sum(double p, double q, double v) {
-  const double sum = p + q;
-  if (sum != v) return sum < v ? -1 : 1;
-  const double shadow = sum - p;
-  const double error = (p - (sum - shadow)) + (q - shadow);
-  return error < 0 ? -1 : error > 0 ? 1 : 0;
-}
 
 /// Whether child i's box, taken exactly, holds a point.
 bool holds(const WideNode& node, int i, Vec3d p) {
@@ -321,14 +312,25 @@ double expected_visits(const WideTree& tree) {
   return sum;
 }
 
+/// And use it up.
 TEST(WideBuild, LongTrianglesAreCutWithinTheirAllowance) {
   const TriangleMesh mesh = turned_walls(100, 2000);
   check_all_ways(mesh);
   const WideTree cut = build_wide(mesh), whole = build_wide(mesh, {.spatial_splits = false});
   const std::size_t references = Anatomy(mesh, cut, WideBuildOptions().leaf_size).references();
-  EXPECT_GT(references, mesh.triangles.size() * 11 / 10);
+  EXPECT_GT(references, mesh.triangles.size() * 12 / 10);
   EXPECT_LE(references, mesh.triangles.size() * 13 / 10);
   EXPECT_LT(expected_visits(cut), 0.75 * expected_visits(whole));
+}
+
+TEST(WideBuild, NeedlesAllThroughEachOther) {
+  Random random(3);
+  TriangleMesh mesh;
+  for (int i = 0; i < 6000; ++i) {
+    const Vec3d a = random.in_cube(), b = random.in_cube();
+    add(mesh, to_float(a), to_float(b), to_float(b + random.in_cube() * 1e-3));
+  }
+  check_all_ways(mesh);
 }
 
 TEST(WideBuild, SurfacesOfSmallTrianglesAreNotCut) {

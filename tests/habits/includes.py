@@ -36,6 +36,7 @@ LIBRARIES = {
 
 # POSIX, for the parts that talk to the system.
 SYSTEM = {part: ["sys/", "unistd.h", "fcntl.h", "signal.h"] for part in ("server", "client", "tests", "proto/wire")}
+SYSTEM["tests"].append("sched.h")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
 

@@ -32,7 +32,7 @@ inline std::string name(const EmbreeMode& mode) {
 /// Every mode there is; none when the benchmark was built without Embree.
 std::vector<EmbreeMode> embree_modes();
 
-/// "Embree 3.13.5", or what to install.
+/// "Embree 3.13.5"; empty without Embree.
 std::string embree_version();
 
 /// A mesh as Embree keeps it.

@@ -51,9 +51,9 @@ std::size_t leaks_of_ours(const Accel& accel, std::span<const Ray> rays) {
   return leaks;
 }
 
-std::size_t leaks_of_embree(const TriangleMesh& mesh, EmbreeScenes scenes, std::span<const Ray> rays) {
+std::optional<std::size_t> leaks_of_embree(const TriangleMesh& mesh, EmbreeScenes scenes, std::span<const Ray> rays) {
   const auto build = prepare_embree(mesh, scenes, 1);
-  if (!build) return 0;
+  if (!build) return std::nullopt;
   const auto scene = build->build();
   const auto packed = make_embree_rays(1, false);
   packed->pack(rays);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ struct LeakCount {
   std::string mesh, aimed_at;
   std::size_t rays = 0;
   std::size_t ours = 0;  ///< Lost by any of the batched calls that rays from one point can be handed to.
-  std::size_t embree_default = 0, embree_robust = 0;  ///< One ray a call; 0 without Embree.
+  std::optional<std::size_t> embree_default, embree_robust;  ///< One ray a call; nothing without Embree.
 };
 
 /// From six points inside, at every vertex and at the middle of every edge of an icosphere of 20k triangles and of

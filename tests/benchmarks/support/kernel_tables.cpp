@@ -120,10 +120,11 @@ void print(const SceneFigures& figures, const std::vector<int>& threads) {
 }
 
 void print(const std::vector<LeakCount>& leaks) {
+  const auto count = [](std::optional<std::size_t> n) { return n ? std::to_string(*n) : "-"; };
   std::vector<std::vector<std::string>> rows = {{"leaks", "aimed at", "rays", "ours", "Embree", "Embree robust"}};
   for (const LeakCount& l : leaks)
-    rows.push_back({l.mesh, l.aimed_at, std::to_string(l.rays), std::to_string(l.ours),
-                    std::to_string(l.embree_default), std::to_string(l.embree_robust)});
+    rows.push_back({l.mesh, l.aimed_at, std::to_string(l.rays), std::to_string(l.ours), count(l.embree_default),
+                    count(l.embree_robust)});
   print_table(rows);
 }
 
@@ -139,12 +140,9 @@ void report(const std::vector<LeakCount>& leaks, Report& to) {
   std::size_t ours = 0;
   for (const LeakCount& l : leaks) {
     ours += l.ours;
-    to.figures()["leaks"].push_back({{"mesh", l.mesh},
-                                     {"aimed_at", l.aimed_at},
-                                     {"rays", l.rays},
-                                     {"ours", l.ours},
-                                     {"embree", l.embree_default},
-                                     {"embree_robust", l.embree_robust}});
+    auto& json = to.figures()["leaks"].emplace_back();
+    json = {{"mesh", l.mesh}, {"aimed_at", l.aimed_at}, {"rays", l.rays}, {"ours", l.ours}};
+    if (l.embree_default) json["embree"] = {{"default", *l.embree_default}, {"robust", *l.embree_robust}};
   }
   to.at_most("leaks_ours", static_cast<double>(ours), 0);
 }

@@ -69,18 +69,18 @@ void print_header(const Options& options) {
 
 void measure_all(Report& to, const Options& options) {
   print_header(options);
-  std::vector<SceneFigures> all;
+  const std::vector<int> threads = options.race().threads;
   for (const std::string& name : options.scenes) {
-    all.push_back(measure(kernel_scene(name), options));
-    print(all.back(), options.race().threads);
-    report(all.back(), options.race().threads, to);
+    const SceneFigures figures = measure(kernel_scene(name), options);
+    print(figures, threads);
+    report(figures, threads, to);
+    if (!figures.races.empty()) to.write_plot(speed_chart(figures, threads), figures.scene);
   }
   if (options.wants("leaks")) {
     const auto leaks = count_leaks(accel_options(kernel_scene("organic_100k"), options));
     print(leaks);
     report(leaks, to);
   }
-  to.write_plot(speed_chart(all));
 }
 
 }  // namespace

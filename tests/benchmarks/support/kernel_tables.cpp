@@ -147,14 +147,16 @@ void report(const std::vector<LeakCount>& leaks, Report& to) {
   to.at_most("leaks_ours", static_cast<double>(ours), 0);
 }
 
-std::string speed_chart(const std::vector<SceneFigures>& scenes) {
+std::string speed_chart(const SceneFigures& figures, const std::vector<int>& threads) {
   std::vector<BarGroup> groups;
-  for (const SceneFigures& figures : scenes)
-    for (const Race& race : figures.races) {
-      const Race::Peer* best = race.best(1);
-      groups.push_back({figures.scene + ", " + race.rays, {race.mrays[0], best ? best->mrays[0] : Samples()}});
+  for (const Race& race : figures.races)
+    for (const int n : threads) {
+      const Race::Peer* best = race.best(n);
+      groups.push_back(
+          {race.rays + " × " + std::to_string(n), {race.mrays[at(n)], best ? best->mrays[at(n)] : Samples()}});
     }
-  return bar_chart("Tracing, one thread", "Mray/s", {"Tessera", "Embree's best mode"}, groups);
+  return bar_chart("Tracing " + figures.scene + ": kinds of rays × threads", "Mray/s",
+                   {"Tessera", "Embree's best mode"}, groups);
 }
 
 }  // namespace tessera::bench

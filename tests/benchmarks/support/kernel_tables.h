@@ -29,7 +29,7 @@ void print(const std::vector<LeakCount>& leaks);
 void report(const SceneFigures& figures, const std::vector<int>& threads, Report& to);
 void report(const std::vector<LeakCount>& leaks, Report& to);
 
-/// Speeds on one thread, by scene and kind of rays.
-std::string speed_chart(const std::vector<SceneFigures>& scenes);
+/// Speeds by kind of rays and number of threads.
+std::string speed_chart(const SceneFigures& figures, const std::vector<int>& threads);
 
 }  // namespace tessera::bench

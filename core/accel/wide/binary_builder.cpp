@@ -7,6 +7,8 @@
 
 #include "core/accel/wide/binned_sah.h"
 #include "core/accel/wide/collapse.h"
+#include "core/accel/wide/primitive_refs.h"
+#include "core/accel/wide/raw_array.h"
 #include "core/accel/wide/spatial_split.h"
 #include "core/accel/wide/triangle_corners.h"
 #include "core/accel/wide/work_crew.h"
@@ -48,7 +50,7 @@ struct Part {
 class Builder {
  public:
   Builder(const TriangleMesh& mesh, const WideBuildOptions& options, std::uint32_t room, BinaryTree& tree)
-      : mesh_(mesh), options_(options), refs_{Scratch<PrimitiveRef>(room), Scratch<PrimitiveRef>(room)}, tree_(tree) {
+      : mesh_(mesh), options_(options), refs_{RawArray<PrimitiveRef>(room), RawArray<PrimitiveRef>(room)}, tree_(tree) {
     Part root{{make_refs(), 0, 1, 0}};
     root.subtree.range.room_end = room;
     const Lanes size = root.subtree.range.box.hi - root.subtree.range.box.lo;
@@ -255,7 +257,7 @@ class Builder {
 
   const TriangleMesh& mesh_;
   const WideBuildOptions& options_;
-  Scratch<PrimitiveRef> refs_[2];
+  RawArray<PrimitiveRef> refs_[2];
   BinaryTree& tree_;
   float unit_;
 };
@@ -265,7 +267,7 @@ class Builder {
 BinaryTree build_binary(const TriangleMesh& mesh, const WideBuildOptions& options) {
   const std::size_t count = mesh.triangles.size();
   const std::size_t room = options.spatial_splits ? count + count * 3 / 10 : count;
-  BinaryTree tree{Scratch<BinaryNode>(2 * room), Scratch<std::uint32_t>(room)};
+  BinaryTree tree{RawArray<BinaryNode>(2 * room), RawArray<std::uint32_t>(room)};
   Builder(mesh, options, static_cast<std::uint32_t>(room), tree);
   return tree;
 }

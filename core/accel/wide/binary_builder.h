@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "core/accel/wide/binary_tree.h"
-#include "core/accel/wide/primitive_refs.h"
+#include "core/accel/wide/raw_array.h"
 #include "core/accel/wide/wide_build.h"
 #include "core/geometry/triangle_mesh.h"
 
@@ -12,8 +12,8 @@ namespace tessera {
 /// The binary tree over a mesh, with the plan of its collapse: node 0 is the root; leaves show stretches of
 /// `triangles`.
 struct BinaryTree {
-  Scratch<BinaryNode> nodes;
-  Scratch<std::uint32_t> triangles;
+  RawArray<BinaryNode> nodes;
+  RawArray<std::uint32_t> triangles;
 };
 
 /// Built top-down by binned SAH, of at most `WideTree::kMostDepth` levels, with leaves of at most `leaf_size`. The same

@@ -5,7 +5,7 @@
 namespace tessera {
 namespace {
 
-// What a ray that enters a node, a leaf, and a leaf for each of its triangles pays.
+// What a ray pays that enters a node; that enters a leaf; and for each of its triangles, which are tested all at once.
 constexpr float kNodeCost = 1;
 constexpr float kLeafCost = 1;
 constexpr float kTriangleCost = 0.1F;

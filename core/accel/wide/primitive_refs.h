@@ -1,13 +1,9 @@
 #pragma once
 
 #include <bit>
-#include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <new>
 
 #include "core/accel/wide/lanes.h"
-#include "core/geometry/triangle_mesh.h"
 
 namespace tessera {
 
@@ -29,22 +25,6 @@ struct PrimitiveRef {
   /// Twice its box's middle.
   Lanes middle() const { return lo + hi; }
   LanesBox box() const { return {lo, hi}; }
-};
-
-/// Uninitialised memory for plain objects: pages that are never written to take none.
-template <typename T>
-class Scratch {
- public:
-  explicit Scratch(std::size_t count) : data_(static_cast<T*>(::operator new(count * sizeof(T), kAlign))) {}
-  T* data() const { return data_.get(); }
-  T& operator[](std::size_t i) const { return data_.get()[i]; }
-
- private:
-  static constexpr std::align_val_t kAlign{64};
-  struct Free {
-    void operator()(T* data) const { ::operator delete(data, kAlign); }
-  };
-  std::unique_ptr<T, Free> data_;
 };
 
 }  // namespace tessera

@@ -9,6 +9,7 @@
 
 #include "core/accel/wide/binary_builder.h"
 #include "core/accel/wide/collapse.h"
+#include "core/accel/wide/raw_array.h"
 #include "core/accel/wide/wide_layout.h"
 #include "core/accel/wide/work_crew.h"
 
@@ -29,8 +30,8 @@ struct Extent {
 };
 
 struct Storage {
-  Scratch<WideNode> nodes;
-  Scratch<std::uint32_t> leaves;
+  RawArray<WideNode> nodes;
+  RawArray<std::uint32_t> leaves;
 };
 
 void check_words(std::uint64_t words) {
@@ -59,16 +60,16 @@ class Layout {
     for (const Job& job : jobs_) extent_.add(job.extent);
     check_words(extent_.words);
     storage_ = std::make_shared<Storage>(
-        Storage{Scratch<WideNode>(extent_.nodes), Scratch<std::uint32_t>(extent_.words + WideTree::kSlack)});
+        Storage{RawArray<WideNode>(extent_.nodes), RawArray<std::uint32_t>(extent_.words + WideTree::kSlack)});
     std::vector<Extent> starts;
     Extent next = top;
     for (const Job& job : jobs_) {
       starts.push_back(next);
       next.add(job.extent);
     }
-    std::vector<Job> again;
     top = {.nodes = 1};
-    lay_out(root(), top, &again);
+    std::vector<Job> same;
+    lay_out(root(), top, &same);
     for_each_index(jobs_.size(), threads, [&](std::size_t i) { lay_out(jobs_[i], starts[i], nullptr); });
     std::fill_n(storage_->leaves.data() + extent_.words, WideTree::kSlack, 0U);
   }

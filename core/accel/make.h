@@ -14,5 +14,6 @@ std::unique_ptr<const Accel> make_grid(std::shared_ptr<const Scene> scene, const
 std::unique_ptr<const Accel> make_octree(std::shared_ptr<const Scene> scene, const AccelOptions& options);
 std::unique_ptr<const Accel> make_kd(std::shared_ptr<const Scene> scene, const AccelOptions& options);
 std::unique_ptr<const Accel> make_bsp(std::shared_ptr<const Scene> scene, const AccelOptions& options);
+std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const AccelOptions& options);
 
 }  // namespace tessera

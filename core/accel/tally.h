@@ -9,11 +9,17 @@ namespace tessera {
 /// Counts what a trace tests. The structures take it as a template argument, so that `NoTally` costs nothing.
 class Tally {
  public:
+  static constexpr bool kCounts = true;
+
   explicit Tally(TestCounts& counts) : counts_(counts) {}
 
   void volume(bool hit) const {
     ++counts_.volume_tests;
     counts_.volume_hits += hit;
+  }
+  void volumes(std::uint64_t tests, std::uint64_t hits) const {
+    counts_.volume_tests += tests;
+    counts_.volume_hits += hits;
   }
   void object(bool hit) const {
     ++counts_.object_tests;
@@ -29,7 +35,10 @@ class Tally {
 
 /// The same face, nothing counted.
 struct NoTally {
+  static constexpr bool kCounts = false;
+
   void volume(bool) const {}
+  void volumes(std::uint64_t, std::uint64_t) const {}
   void object(bool) const {}
   void looked_into(std::uint64_t) const {}
   std::uint64_t hits() const { return 0; }

@@ -8,7 +8,7 @@
 namespace tessera {
 
 /// Which acceleration structure a job asks for. `automatic` lets the plan pick.
-enum class AccelKind { automatic, brute, bounds, bvh, grid, octree, kd, bsp };
+enum class AccelKind { automatic, brute, bounds, bvh, grid, octree, kd, bsp, wide };
 
 /// What encloses objects and the nodes of a hierarchy.
 enum class BoundKind { box, sphere, slabs, hull };

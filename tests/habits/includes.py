@@ -25,6 +25,7 @@ CORE_ORDER = [
 # Libraries by the start of the header's name, beside the standard library.
 LIBRARIES = {
     "core": [],
+    "core/accel/wide": ["hwy/"],
     "core/io": ["OpenImageIO/"],
     "proto/wire": ["nlohmann/", "openssl/"],
     "proto": ["nlohmann/"],

@@ -1,0 +1,269 @@
+// Per-target: compiled once for each instruction set (wide_kernels.cpp).
+#if defined(TESSERA_FAN_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_FAN_INL
+#undef TESSERA_FAN_INL
+#else
+#define TESSERA_FAN_INL
+#endif
+
+#include "core/accel/tally.h"
+#include "core/accel/wide/leaf-inl.h"
+#include "core/accel/wide/picture-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::HWY_NAMESPACE {
+
+/// Triangles of a leaf in the picture.
+struct SeenTriangles {
+  alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearest[8];
+  /// Edge i's function is u·du[i] + v·dv[i] + at[i], not negative for rays that may pass inside.
+  alignas(32) float du[3][8], dv[3][8], at[3][8];
+};
+
+/// What boxes cover of a picture, given where along the depth they lie. A box that reaches to the apex, or behind it,
+/// has no end on the sides to which it lies.
+struct AreaOf {
+  HWY_INLINE AreaOf(const hn::Vec<F8>& near, const hn::Vec<F8>& far)
+      : over_near(
+            hn::IfThenElse(hn::Gt(near, hn::Zero(F8())), hn::Div(hn::Set(F8(), 1.0F), near), hn::Set(F8(), kInfinity))),
+        over_far(hn::Div(hn::Set(F8(), 1.0F), far)) {}
+
+  HWY_INLINE hn::Vec<F8> low(const hn::Vec<F8>& least) const {
+    return hn::Mul(least, hn::IfThenElse(hn::Lt(least, hn::Zero(F8())), over_near, over_far));
+  }
+  HWY_INLINE hn::Vec<F8> high(const hn::Vec<F8>& most) const {
+    return hn::Mul(most, hn::IfThenElse(hn::Gt(most, hn::Zero(F8())), over_near, over_far));
+  }
+
+  hn::Vec<F8> over_near, over_far;
+};
+
+/// A fan's way through a tree. `rays.test(block, possible, leaf, i, tally)` is to test triangle i of a leaf exactly for
+/// the rays of a block that `possible` has bits for, and to lower their limits.
+template <typename Counter, typename Rays>
+class Fan {
+ public:
+  Fan(const WideTree& tree, const Picture& picture, FanRays& fan, Rays& rays, Counter tally)
+      : tree_(tree), picture_(picture), fan_(fan), rays_(rays), tally_(tally) {}
+
+  HWY_INLINE void run() {
+    for (std::size_t block = 0; block < kBlocks; ++block) fan_.update_farthest(block);
+    stack_[top_++] = {0, (1U << kBlocks) - 1, 0};
+    while (top_ > 0) {
+      const Pending next = stack_[--top_];
+      const std::uint32_t blocks = next.blocks & blocks_beyond(next.nearest);
+      if (blocks == 0) continue;
+      if (WideChild::is_leaf(next.child))
+        visit_leaf(next.child, blocks);
+      else
+        visit_node(tree_.nodes[next.child], blocks);
+    }
+  }
+
+ private:
+  struct Pending {
+    std::uint32_t child;
+    std::uint32_t blocks;  ///< Bits.
+    float nearest;
+  };
+
+  /// Blocks with rays that are looked for at this depth.
+  HWY_INLINE std::uint32_t blocks_beyond(float nearest) const {
+    const F16 f;
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < kBlocks; k += kLanes16)
+      bits |= bits_of(f, hn::Ge(hn::Load(f, fan_.farthest + k), hn::Set(f, nearest))) << k;
+    return bits;
+  }
+
+  /// Blocks that an area may cover.
+  HWY_INLINE std::uint32_t blocks_in(float u_lo, float u_hi, float v_lo, float v_hi, float nearest) const {
+    const F16 f;
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < kBlocks; k += kLanes16) {
+      const auto across = hn::And(hn::Le(hn::Load(f, fan_.u_lo + k), hn::Set(f, u_hi)),
+                                  hn::Ge(hn::Load(f, fan_.u_hi + k), hn::Set(f, u_lo)));
+      const auto down = hn::And(hn::Le(hn::Load(f, fan_.v_lo + k), hn::Set(f, v_hi)),
+                                hn::Ge(hn::Load(f, fan_.v_hi + k), hn::Set(f, v_lo)));
+      const auto before = hn::Ge(hn::Load(f, fan_.farthest + k), hn::Set(f, nearest));
+      bits |= bits_of(f, hn::And(hn::And(across, down), before)) << k;
+    }
+    return bits;
+  }
+
+  HWY_INLINE bool any_ray_in(std::size_t block, float u_lo, float u_hi, float v_lo, float v_hi, float nearest) const {
+    const F16 f;
+    for (std::size_t k = block * kBlockRays; k < (block + 1) * kBlockRays; k += kLanes16) {
+      const auto u = hn::Load(f, fan_.u + k), v = hn::Load(f, fan_.v + k);
+      const auto across = hn::And(hn::Le(u, hn::Set(f, u_hi)), hn::Ge(u, hn::Set(f, u_lo)));
+      const auto down = hn::And(hn::Le(v, hn::Set(f, v_hi)), hn::Ge(v, hn::Set(f, v_lo)));
+      const auto before = hn::Ge(hn::Load(f, fan_.limit + k), hn::Set(f, nearest));
+      if (!hn::AllFalse(f, hn::And(hn::And(across, down), before))) return true;
+    }
+    return false;
+  }
+
+  /// Areas of a node's children, eight at a time.
+  HWY_INLINE void visit_node(const WideNode& node, std::uint32_t blocks) {
+    const F8 f;
+    alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearest[8];
+    std::uint32_t in_sight = 0;
+    const bool down = picture_.sign < 0;
+    for (std::size_t first = 0; first < 8; first += kLanes8) {
+      const auto plane = [&](bool high, std::uint32_t axis, int i) HWY_ATTR {
+        const hn::Rebind<std::uint8_t, F8> bytes;
+        const hn::Rebind<std::int32_t, F8> whole;
+        const auto lattice = hn::LoadU(bytes, (high ? node.hi[axis] : node.lo[axis]) + first);
+        return hn::MulAdd(hn::ConvertTo(f, hn::PromoteTo(whole, lattice)), hn::Set(f, node.step[axis]),
+                          hn::Set(f, node.origin[axis] - picture_.apex[i]));
+      };
+      const auto sign = hn::Set(f, picture_.sign), stray = hn::Set(f, picture_.stray);
+      const auto near = hn::Sub(hn::Mul(sign, plane(down, picture_.axes.z, 2)), stray);
+      const auto far = hn::Add(hn::Mul(sign, plane(!down, picture_.axes.z, 2)), stray);
+      const AreaOf area(near, far);
+      // The picture's coordinates run with the axes divided by depth, so against them where depth does.
+      const auto u0 = hn::Mul(sign, hn::Sub(plane(down, picture_.axes.x, 0), hn::Mul(sign, stray)));
+      const auto u1 = hn::Mul(sign, hn::Add(plane(!down, picture_.axes.x, 0), hn::Mul(sign, stray)));
+      const auto v0 = hn::Mul(sign, hn::Sub(plane(down, picture_.axes.y, 1), hn::Mul(sign, stray)));
+      const auto v1 = hn::Mul(sign, hn::Add(plane(!down, picture_.axes.y, 1), hn::Mul(sign, stray)));
+      hn::Store(area.low(u0), f, u_lo + first);
+      hn::Store(area.high(u1), f, u_hi + first);
+      hn::Store(area.low(v0), f, v_lo + first);
+      hn::Store(area.high(v1), f, v_hi + first);
+      hn::Store(near, f, nearest + first);
+      const auto children = hn::LoadU(U8(), node.child + first);
+      const auto there = hn::Ne(children, hn::Set(U8(), kNoChild));
+      in_sight |= bits_of(f, hn::And(hn::RebindMask(f, there), hn::Gt(far, hn::Zero(f)))) << first;
+    }
+    std::uint32_t order = far_to_near(node, picture_.octant);
+    for (int i = 0; i < 8; ++i, order >>= 3) {
+      const std::uint32_t slot = order & 7;
+      if (!(in_sight >> slot & 1)) continue;
+      std::uint32_t entered = blocks & blocks_in(u_lo[slot], u_hi[slot], v_lo[slot], v_hi[slot], nearest[slot]);
+      // A block of rays may cover more of the picture than its rays do.
+      for (std::uint32_t left = entered; left != 0; left &= left - 1) {
+        const auto block = static_cast<std::size_t>(std::countr_zero(left));
+        if (!any_ray_in(block, u_lo[slot], u_hi[slot], v_lo[slot], v_hi[slot], nearest[slot])) entered ^= left & -left;
+      }
+      tally_.volume(entered != 0);
+      if (entered == 0) continue;
+      stack_[top_++] = {node.child[slot], entered, nearest[slot]};
+      prefetch(tree_, node.child[slot]);
+    }
+  }
+
+  HWY_INLINE void visit_leaf(std::uint32_t child, std::uint32_t blocks) {
+    const Leaf leaf(tree_, child);
+    SeenTriangles seen;
+    for (std::size_t first = 0; first < leaf.count; first += kLanes8) see(leaf, first, seen);
+    const auto before = tally_.hits();
+    for (std::size_t i = 0; i < leaf.count; ++i) {
+      std::uint32_t covered =
+          blocks & blocks_in(seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearest[i]);
+      if (covered == 0) continue;
+      const hn::Vec<F16> du[3] = {hn::Set(F16(), seen.du[0][i]), hn::Set(F16(), seen.du[1][i]),
+                                  hn::Set(F16(), seen.du[2][i])};
+      const hn::Vec<F16> dv[3] = {hn::Set(F16(), seen.dv[0][i]), hn::Set(F16(), seen.dv[1][i]),
+                                  hn::Set(F16(), seen.dv[2][i])};
+      const hn::Vec<F16> at[3] = {hn::Set(F16(), seen.at[0][i]), hn::Set(F16(), seen.at[1][i]),
+                                  hn::Set(F16(), seen.at[2][i])};
+      for (; covered != 0; covered &= covered - 1) {
+        const auto block = static_cast<std::size_t>(std::countr_zero(covered));
+        const F16 f;
+        std::uint32_t possible = 0;
+        for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
+          const auto u = hn::Load(f, fan_.u + block * kBlockRays + k);
+          const auto v = hn::Load(f, fan_.v + block * kBlockRays + k);
+          const auto edge = [&](int e) HWY_ATTR { return hn::MulAdd(u, du[e], hn::MulAdd(v, dv[e], at[e])); };
+          const auto inside = hn::Ge(hn::Min(edge(0), hn::Min(edge(1), edge(2))), hn::Zero(f));
+          const auto before_limit =
+              hn::Ge(hn::Load(f, fan_.limit + block * kBlockRays + k), hn::Set(f, seen.nearest[i]));
+          possible |= bits_of(f, hn::And(inside, before_limit)) << k;
+        }
+        if (possible != 0) rays_.test(block, possible, leaf, i, tally_);
+      }
+    }
+    tally_.looked_into(before);
+  }
+
+  /// A leaf's triangles in the picture.
+  ///
+  /// A corner's x/depth is off by (stray/depth)·(1 + |x/depth|) at most; let p be the greatest of that over the corners
+  /// (and what the rays' own u and v are off by, u of themselves, is less). Edge functions of rays that do pass inside
+  /// lie within the triangle's extent l in the picture, so their error is less than 4pl + 4p² for the corners' and 8pl
+  /// for roundings: less than 16p(l + p) together, and that is added to them. A triangle that reaches to the apex, or
+  /// whose winding in the picture isn't certain, is left to the exact routine everywhere in its area.
+  HWY_INLINE void see(const Leaf& leaf, std::size_t first, SeenTriangles& seen) const {
+    const F8 f;
+    const auto sign = hn::Set(f, picture_.sign), zero = hn::Zero(f), one = hn::Set(f, 1.0F);
+    struct Corner {
+      hn::Vec<F8> u, v, depth;
+    };
+    const auto corner = [&](std::size_t k) HWY_ATTR {
+      const auto relative = [&](std::uint32_t axis, int i) HWY_ATTR {
+        return hn::Sub(hn::LoadU(f, leaf.rows + (3 * k + axis) * leaf.count + first), hn::Set(f, picture_.apex[i]));
+      };
+      const auto z = relative(picture_.axes.z, 2), over = hn::Div(one, z);
+      return Corner{hn::Mul(relative(picture_.axes.x, 0), over), hn::Mul(relative(picture_.axes.y, 1), over),
+                    hn::Mul(sign, z)};
+    };
+    const Corner a = corner(0), b = corner(1), c = corner(2);
+    const auto min3 = [](const auto& p, const auto& q, const auto& r) HWY_ATTR { return hn::Min(p, hn::Min(q, r)); };
+    const auto max3 = [](const auto& p, const auto& q, const auto& r) HWY_ATTR { return hn::Max(p, hn::Max(q, r)); };
+    const auto nearest = hn::Sub(min3(a.depth, b.depth, c.depth), hn::Set(f, picture_.stray));
+    const auto u_lo = min3(a.u, b.u, c.u), u_hi = max3(a.u, b.u, c.u);
+    const auto v_lo = min3(a.v, b.v, c.v), v_hi = max3(a.v, b.v, c.v);
+    const auto largest = hn::Max(hn::Max(hn::Neg(u_lo), u_hi), hn::Max(hn::Neg(v_lo), v_hi));
+    const auto p = hn::Mul(hn::Div(hn::Set(f, picture_.stray), nearest), hn::Add(one, largest));
+    const auto extent = hn::Max(hn::Sub(u_hi, u_lo), hn::Sub(v_hi, v_lo));
+    const auto slack = hn::Mul(hn::Mul(hn::Set(f, 16.0F), p), hn::Add(extent, p));
+    const auto area =
+        hn::NegMulAdd(hn::Sub(b.v, a.v), hn::Sub(c.u, a.u), hn::Mul(hn::Sub(b.u, a.u), hn::Sub(c.v, a.v)));
+    const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Mul(hn::Set(f, 4.0F), slack)));
+    const auto infinite = hn::Set(f, kInfinity), stray = hn::Set(f, picture_.stray);
+    const auto farthest = hn::Add(max3(a.depth, b.depth, c.depth), stray);
+    hn::Store(hn::Sub(u_lo, p), f, seen.u_lo + first);
+    hn::Store(hn::Add(u_hi, p), f, seen.u_hi + first);
+    hn::Store(hn::Sub(v_lo, p), f, seen.v_lo + first);
+    hn::Store(hn::Add(v_hi, p), f, seen.v_hi + first);
+    // Behind the apex altogether: beyond any limit.
+    hn::Store(hn::IfThenElse(hn::Le(farthest, zero), infinite, nearest), f, seen.nearest + first);
+    if (const auto reaches = hn::Le(nearest, zero); !hn::AllFalse(f, reaches)) {
+      const AreaOf area_of(nearest, farthest);
+      const auto box = [&](std::uint32_t axis, int i, float* lo, float* hi) HWY_ATTR {
+        const auto at = [&](std::size_t k) HWY_ATTR {
+          const auto v = hn::LoadU(f, leaf.rows + (3 * k + axis) * leaf.count + first);
+          return hn::Mul(sign, hn::Sub(v, hn::Set(f, picture_.apex[i])));
+        };
+        const auto least = hn::Sub(min3(at(0), at(1), at(2)), stray), most = hn::Add(max3(at(0), at(1), at(2)), stray);
+        hn::Store(hn::IfThenElse(reaches, area_of.low(least), hn::Load(f, lo)), f, lo);
+        hn::Store(hn::IfThenElse(reaches, area_of.high(most), hn::Load(f, hi)), f, hi);
+      };
+      box(picture_.axes.x, 0, seen.u_lo + first, seen.u_hi + first);
+      box(picture_.axes.y, 1, seen.v_lo + first, seen.v_hi + first);
+    }
+    const auto edge = [&](int i, const Corner& from, const Corner& to) HWY_ATTR {
+      const auto turned = hn::CopySignToAbs(one, area);
+      const auto along_u = hn::Mul(turned, hn::Sub(to.u, from.u)), along_v = hn::Mul(turned, hn::Sub(to.v, from.v));
+      const auto at = hn::Add(hn::NegMulAdd(along_u, from.v, hn::Mul(along_v, from.u)), slack);
+      hn::Store(hn::IfThenElse(known, hn::Neg(along_v), zero), f, seen.du[i] + first);
+      hn::Store(hn::IfThenElse(known, along_u, zero), f, seen.dv[i] + first);
+      hn::Store(hn::IfThenElse(known, at, infinite), f, seen.at[i] + first);
+    };
+    edge(0, a, b);
+    edge(1, b, c);
+    edge(2, c, a);
+  }
+
+  const WideTree& tree_;
+  const Picture& picture_;
+  FanRays& fan_;
+  Rays& rays_;
+  const Counter tally_;
+  int top_ = 0;
+  Pending stack_[WideTree::kMostDepth * 7 + 8];
+};
+
+}  // namespace tessera::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

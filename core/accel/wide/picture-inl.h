@@ -1,0 +1,127 @@
+// Per-target: compiled once for each instruction set (wide_kernels.cpp).
+#if defined(TESSERA_PICTURE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_PICTURE_INL
+#undef TESSERA_PICTURE_INL
+#else
+#define TESSERA_PICTURE_INL
+#endif
+
+#include <optional>
+
+#include "core/accel/wide/wide_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::HWY_NAMESPACE {
+
+/// Lanes for the rays of a block.
+using F16 = hn::CappedTag<float, 16>;
+inline constexpr std::size_t kLanes16 = hn::MaxLanes(F16());
+inline constexpr std::size_t kBlockRays = 16;
+inline constexpr std::size_t kBlocks = kFanRays / kBlockRays;
+static_assert(kBlocks == 16);
+
+/// Rays that pass through one point, the apex, as they are seen from it: each is a point (u, v) of a picture, and what
+/// they may hit covers an area of it. So a whole tile goes through a tree at once: nodes and triangles are turned away
+/// by the areas that they project to, and a triangle's edges settle which rays can reach it (Davidovič et al., "3D
+/// Rasterization: A Bridge between Rasterization and Ray Casting", 2012). The one exact routine decides.
+///
+/// The picture lies across the axis along which the rays run farthest; depth is along it, away from the apex. With M
+/// the distance from the apex within which everything lies, a float coordinate relative to the apex is off by u·M, and
+/// the rays' lines pass the apex by u·M at most (`Accel::occluded_fan`). |u|, |v| ≤ 4 of rays are rounded, and so are
+/// the quotients that they are compared with, by u·4 and 2u·4, on M/depth ≥ 1. Areas are grown for all that by `stray`,
+/// 16u·M, over the depth.
+struct Picture {
+  static constexpr float kWidest = 4;
+
+  RayAxes axes;   ///< The picture's, and depth's.
+  float sign;     ///< Of the axis, away from the apex.
+  float apex[3];  ///< In the order of x, y, z.
+  float stray;
+  std::uint32_t octant;  ///< Of the way that the rays take from the apex, most of them.
+};
+
+/// Sixteen by sixteen rays in their picture; the last one stands in for those that there are less. Blocks had better be
+/// small areas.
+struct FanRays {
+  alignas(64) float direction[3][kFanRays];  ///< In the picture's order.
+  alignas(64) float t_min[kFanRays];
+  alignas(64) float u[kFanRays], v[kFanRays];
+  alignas(64) float limit[kFanRays];  ///< Depth down to which a ray is looked for; −∞ for one that isn't.
+  alignas(64) float u_lo[kBlocks], u_hi[kBlocks], v_lo[kBlocks], v_hi[kBlocks];
+  alignas(64) float farthest[kBlocks];  ///< The greatest limit in a block.
+  std::uint32_t irregular[kBlocks];     ///< Rays whose longest axis isn't the picture's depth: bits.
+
+  HWY_INLINE void update_farthest(std::size_t block) {
+    const F16 f;
+    auto most = hn::Load(f, limit + block * kBlockRays);
+    for (std::size_t k = kLanes16; k < kBlockRays; k += kLanes16)
+      most = hn::Max(most, hn::Load(f, limit + block * kBlockRays + k));
+    farthest[block] = hn::GetLane(hn::MaxOfLanes(f, most));
+  }
+};
+
+/// The picture of rays that leave the apex (`away` is 1) or lead to it (−1); fills in `fan` but for limits. Nothing
+/// where they point so far apart that one picture can't hold them, where one may hit what lies behind its origin, or
+/// where the scale is so small or large that a float's range gets in the way. Precondition: there are rays.
+inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, std::span<const Ray> rays, float away,
+                                           FanRays& fan) {
+  constexpr float kLeastReach = 0x1p-60F, kMostReach = 0x1p60F;
+  Picture out;
+  const Vec3 middle = rays[rays.size() / 2].direction * away;
+  out.axes = RayAxes::of(middle);
+  out.sign = std::copysign(1.0F, middle[static_cast<int>(out.axes.z)]);
+  out.octant = octant_of(middle);
+  out.apex[0] = apex[static_cast<int>(out.axes.x)];
+  out.apex[1] = apex[static_cast<int>(out.axes.y)];
+  out.apex[2] = apex[static_cast<int>(out.axes.z)];
+  for (std::size_t i = 0; i < kFanRays; ++i) {
+    const Ray& ray = rays[std::min(i, rays.size() - 1)];
+    const float* direction = &ray.direction.x;
+    fan.direction[0][i] = direction[out.axes.x];
+    fan.direction[1][i] = direction[out.axes.y];
+    fan.direction[2][i] = direction[out.axes.z];
+    fan.t_min[i] = ray.t_min;
+  }
+
+  const F16 f;
+  const auto widest = hn::Set(f, Picture::kWidest), forward = hn::Set(f, out.sign * away);
+  auto fits = hn::Eq(widest, widest);
+  auto longest = hn::Zero(f);
+  for (std::size_t block = 0; block < kBlocks; ++block) {
+    auto u_lo = hn::Set(f, kInfinity), v_lo = u_lo, u_hi = hn::Set(f, -kInfinity), v_hi = u_hi;
+    std::uint32_t irregular = 0;
+    for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
+      const std::size_t i = block * kBlockRays + k;
+      const auto x = hn::Load(f, fan.direction[0] + i), y = hn::Load(f, fan.direction[1] + i),
+                 z = hn::Load(f, fan.direction[2] + i);
+      const auto along = hn::Mul(z, forward), across = hn::Max(hn::Abs(x), hn::Abs(y));
+      fits = hn::And(fits,
+                     hn::And(hn::Le(across, hn::Mul(widest, along)), hn::Ge(hn::Load(f, fan.t_min + i), hn::Zero(f))));
+      longest = hn::Max(longest, hn::Max(across, along));
+      irregular |= bits_of(f, hn::Not(hn::Gt(along, across))) << k;
+      const auto u = hn::Div(x, z), v = hn::Div(y, z);
+      hn::Store(u, f, fan.u + i);
+      hn::Store(v, f, fan.v + i);
+      u_lo = hn::Min(u_lo, u);
+      u_hi = hn::Max(u_hi, u);
+      v_lo = hn::Min(v_lo, v);
+      v_hi = hn::Max(v_hi, v);
+    }
+    fan.irregular[block] = irregular;
+    fan.u_lo[block] = hn::GetLane(hn::MinOfLanes(f, u_lo));
+    fan.u_hi[block] = hn::GetLane(hn::MaxOfLanes(f, u_hi));
+    fan.v_lo[block] = hn::GetLane(hn::MinOfLanes(f, v_lo));
+    fan.v_hi[block] = hn::GetLane(hn::MaxOfLanes(f, v_hi));
+  }
+
+  float reach = away < 0 ? hn::GetLane(hn::MaxOfLanes(f, longest)) : 0;
+  for (int axis = 0; axis < 3; ++axis)
+    reach = std::max(reach, std::abs(apex[axis] - frame.center[axis]) + frame.half[axis]);
+  if (!hn::AllTrue(f, fits) || !(reach >= kLeastReach && reach <= kMostReach)) return std::nullopt;
+  out.stray = 16 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach;
+  return out;
+}
+
+}  // namespace tessera::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

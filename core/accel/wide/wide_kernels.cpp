@@ -1,0 +1,115 @@
+#include "core/accel/wide/wide_kernels.h"
+
+// The instruction sets worth telling apart: the baseline, AVX2 with FMA, AVX-512; arm64 has one.
+#define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/accel/wide/wide_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "core/accel/wide/fan-inl.h"
+#include "core/accel/wide/fan_rays-inl.h"
+#include "core/accel/wide/ray_stream-inl.h"
+#include "core/accel/wide/single_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::HWY_NAMESPACE {
+namespace {
+
+/// Runs `trace` with a tally that counts, or with one that costs nothing.
+template <typename Trace>
+HWY_INLINE void counted(TestCounts* counts, Trace&& trace) {
+  if (counts)
+    trace(Tally(*counts));
+  else
+    trace(NoTally());
+}
+
+void closest(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+             TestCounts* counts) {
+  if (tree.nodes.empty()) return;
+  const auto on_hit = [&](std::size_t ray, float t, std::uint32_t triangle) HWY_ATTR {
+    hits[ray] = std::min(hits[ray], Hit{t, object, triangle});
+    return hits[ray].t;
+  };
+  counted(counts, [&](auto tally) HWY_ATTR {
+    if (rays.size() == 1) {
+      const TreeFrame frame(tree);
+      SingleRay(tree, frame, rays[0])
+          .visit(std::min(hits[0].t, rays[0].t_max), tally,
+                 [&](float t, std::uint32_t triangle) HWY_ATTR { return on_hit(0, t, triangle); });
+      return;
+    }
+    std::vector<float> limits(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = std::min(hits[i].t, rays[i].t_max);
+    RayStream(tree, rays, limits, tally, on_hit).run();
+  });
+}
+
+void occluded(const WideTree& tree, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TestCounts* counts) {
+  if (tree.nodes.empty()) return;
+  const auto on_hit = [&](std::size_t ray) HWY_ATTR {
+    hidden[ray] = 1;
+    return kStop;
+  };
+  counted(counts, [&](auto tally) HWY_ATTR {
+    if (rays.size() == 1) {
+      const TreeFrame frame(tree);
+      if (!hidden[0])
+        SingleRay(tree, frame, rays[0]).visit(rays[0].t_max, tally, [&](float, std::uint32_t) HWY_ATTR {
+          return on_hit(0);
+        });
+      return;
+    }
+    std::vector<float> limits(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = hidden[i] ? kStop : rays[i].t_max;
+    RayStream(tree, rays, limits, tally, [&](std::uint32_t ray, float, std::uint32_t) HWY_ATTR {
+      return on_hit(ray);
+    }).run();
+  });
+}
+
+bool closest_fan(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+                 TestCounts* counts) {
+  if (tree.nodes.empty() || rays.empty()) return true;
+  FanRays fan;
+  const std::optional<Picture> picture = take_picture(TreeFrame(tree), rays[0].origin, rays, 1, fan);
+  if (!picture) return false;
+  ClosestFan closest(*picture, rays, object, hits, fan);
+  counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, closest, tally).run(); });
+  closest.finish();
+  return true;
+}
+
+bool occluded_fan(const WideTree& tree, Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
+                  TestCounts* counts) {
+  if (tree.nodes.empty() || rays.empty()) return true;
+  FanRays fan;
+  const std::optional<Picture> picture = take_picture(TreeFrame(tree), apex, rays, -1, fan);
+  if (!picture) return false;
+  OccludedFan occluded(*picture, rays, hidden, fan);
+  counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, occluded, tally).run(); });
+  return true;
+}
+
+const WideKernels kKernels{hwy::TargetName(HWY_TARGET), closest, occluded, closest_fan, occluded_fan};
+
+}  // namespace
+
+const WideKernels* kernels() { return &kKernels; }
+
+}  // namespace tessera::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera {
+
+HWY_EXPORT(kernels);
+
+const WideKernels& wide_kernels() {
+  static const WideKernels& best = *HWY_DYNAMIC_DISPATCH(kernels)();
+  return best;
+}
+
+}  // namespace tessera
+#endif

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/accel/test_counts.h"
+#include "core/accel/wide/wide_tree.h"
+#include "core/math/ray.h"
+
+namespace tessera {
+
+/// Rays of a fan at most.
+inline constexpr std::size_t kFanRays = 256;
+
+/// How rays are led through the `WideTree` of an object's mesh, compiled for one instruction set; all find the same
+/// hits. Rays are in the mesh's own space and traceable. `counts` is null, and counting costs nothing, where nobody
+/// asks. Pure and safe from any number of threads.
+struct WideKernels {
+  const char* name;  ///< Highway's for the instruction set.
+
+  /// Lowers `hits[i]` where ray i hits something less, by (t, object, primitive).
+  void (*closest)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+                  TestCounts* counts);
+
+  /// Sets `hidden[i]` where ray i hits anything; rays that are hidden already aren't traced.
+  void (*occluded)(const WideTree&, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TestCounts* counts);
+
+  /// As `closest`, for up to `kFanRays` rays of one origin; those that are neighbours by sixteens should be so in
+  /// space. False, and nothing done, where the rays point too far apart for a picture.
+  bool (*closest_fan)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+                      TestCounts* counts);
+
+  /// As `occluded`, for rays that lead to `apex`: see `Accel::occluded_fan`.
+  bool (*occluded_fan)(const WideTree&, Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
+                       TestCounts* counts);
+};
+
+/// The best for this machine, settled at the first call.
+const WideKernels& wide_kernels();
+
+/// All that this machine can run, for tests: the best first.
+std::vector<const WideKernels*> runnable_wide_kernels();
+
+}  // namespace tessera

@@ -1,0 +1,162 @@
+// Per-target: compiled once for each instruction set (wide_kernels.cpp).
+#if defined(TESSERA_WIDE_RAY_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_WIDE_RAY_INL
+#undef TESSERA_WIDE_RAY_INL
+#else
+#define TESSERA_WIDE_RAY_INL
+#endif
+
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+#include <hwy/highway.h>
+
+#include "core/accel/index.h"
+#include "core/accel/wide/wide_kernels.h"
+#include "core/bounds/cull_pad.h"
+#include "core/geometry/triangle.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Lanes for a node's children and a leaf's triangles: eight where the machine has them, otherwise a part at a time.
+using F8 = hn::CappedTag<float, 8>;
+using U8 = hn::Rebind<std::uint32_t, F8>;
+inline constexpr std::size_t kLanes8 = hn::MaxLanes(F8());
+
+/// The lanes' bits, lowest lane first.
+template <typename D>
+HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  return static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8);
+}
+
+/// Where a tree lies. Searches work with coordinates relative to its centre, so that rounding depends on how far a ray
+/// starts from the tree, not on where the two stand in the world.
+struct TreeFrame {
+  explicit TreeFrame(const WideTree& tree) {
+    const Vec3 middle = tree.root.center();
+    for (int axis = 0; axis < 3; ++axis) {
+      center[axis] = middle[axis];
+      half[axis] = static_cast<float>(
+          std::max(double{tree.root.hi[axis]} - middle[axis], double{middle[axis]} - tree.root.lo[axis]) *
+          (1 + 4 * kUnitRoundoff));
+    }
+  }
+  float center[3];
+  float half[3];  ///< From there to the farther side, or a little more.
+};
+
+/// A row of a node's planes along an axis, relative to the centre.
+HWY_INLINE hn::Vec<F8> planes(const WideNode& node, std::size_t row, int axis, const TreeFrame& frame) {
+  const F8 f;
+  const hn::Rebind<std::uint8_t, F8> bytes;
+  const hn::Rebind<std::int32_t, F8> whole;
+  const auto lattice = hn::LoadU(bytes, reinterpret_cast<const std::uint8_t*>(&node) + row);
+  return hn::MulAdd(hn::ConvertTo(f, hn::PromoteTo(whole, lattice)), hn::Set(f, node.step[axis]),
+                    hn::Set(f, node.origin[axis] - frame.center[axis]));
+}
+
+/// A ray set up to be clipped against a tree's nodes. This only culls (law L1 of the design) and is padded (law L2):
+///
+/// Let M be the greatest over the axes of the origin's distance from the centre plus half the tree's side, so that
+/// every corner lies within M of the origin; u = 2^-24; i = 1/d. A plane relative to the centre is off by u·M for its
+/// node's origin and 1.1u·M for the fused sum. Its t is fl(plane·i + start), start = fl(fl(−origin·i) ∓ pad): the
+/// origin is off by u·M, i by u·i (on 2M at most), the product by u·M·i, the two sums by u·M·i and 2u·M·i. Together
+/// less than 10u·M·i; with what `cull_pad` covers beside its test of the bound (its items 1 and 2) less than 12u·M·i,
+/// of the 16u·M·i that the pad is.
+struct ClipRay {
+  ClipRay() = default;
+  ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
+    const float least = max_component(abs(ray.direction)) * kLeastSlope;
+    float from[3], reach = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      from[axis] = ray.origin[axis] - frame.center[axis];
+      reach = std::max(reach, std::abs(from[axis]) + frame.half[axis]);
+    }
+    stray =
+        8 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach + 8 * static_cast<float>(kDenormalStep);
+    for (int axis = 0; axis < 3; ++axis) {
+      inverse[axis] = 1 / at_least(least, ray.direction[axis]);
+      const float pad = 2 * stray * std::abs(inverse[axis]) + static_cast<float>(kDenormalSlack);
+      near_start[axis] = -from[axis] * inverse[axis] - pad;
+      far_start[axis] = -from[axis] * inverse[axis] + pad;
+    }
+  }
+
+  float inverse[3];
+  float near_start[3], far_start[3];
+  float t_min;
+  float stray;  ///< 8u·M: as far as a point is off, in space.
+};
+
+/// The axes across a ray and along it, as `TriangleRay` has them.
+struct RayAxes {
+  static RayAxes of(Vec3 direction) {
+    const Vec3 size = abs(direction);
+    const std::uint32_t z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+    return {(z + 1) % 3, (z + 2) % 3, z};
+  }
+  std::uint32_t x, y, z;
+};
+
+/// Bit a is set where the direction runs downwards along axis a.
+HWY_INLINE std::uint32_t octant_of(Vec3 direction) {
+  return static_cast<std::uint32_t>(std::signbit(direction.x) | std::signbit(direction.y) << 1 |
+                                    std::signbit(direction.z) << 2);
+}
+
+/// The rows of a node's nearer planes for rays of one octant, and of its farther ones.
+struct PlaneRows {
+  explicit PlaneRows(std::uint32_t octant) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const bool down = octant >> axis & 1;
+      near[axis] = (down ? offsetof(WideNode, hi) : offsetof(WideNode, lo)) + WideNode::kChildren * axis;
+      far[axis] = (down ? offsetof(WideNode, lo) : offsetof(WideNode, hi)) + WideNode::kChildren * axis;
+    }
+  }
+  std::size_t near[3], far[3];
+};
+
+/// The planes of some of a node's children, relative to the centre.
+struct ChildPlanes {
+  HWY_INLINE ChildPlanes(const WideNode& node, std::size_t first, const PlaneRows& rows, const TreeFrame& frame) {
+    for (int axis = 0; axis < 3; ++axis) {
+      near[axis] = planes(node, rows.near[axis] + first, axis, frame);
+      far[axis] = planes(node, rows.far[axis] + first, axis, frame);
+    }
+  }
+
+  /// Which of them the ray misses before `limit`, and where it enters them. Where one of two is NaN, x86 takes the
+  /// second and arm64 NaN; a comparison with NaN is false, and so misses nothing.
+  HWY_INLINE hn::Mask<F8> missed_by(const ClipRay& ray, float limit, hn::Vec<F8>& enter) const {
+    const F8 f;
+    const auto at = [&](const hn::Vec<F8>& plane, int axis, float start)
+                        HWY_ATTR { return hn::MulAdd(plane, hn::Set(f, ray.inverse[axis]), hn::Set(f, start)); };
+    enter = hn::Max(hn::Max(at(near[0], 0, ray.near_start[0]), at(near[1], 1, ray.near_start[1])),
+                    hn::Max(at(near[2], 2, ray.near_start[2]), hn::Set(f, ray.t_min)));
+    const auto leave = hn::Min(hn::Min(at(far[0], 0, ray.far_start[0]), at(far[1], 1, ray.far_start[1])),
+                               hn::Min(at(far[2], 2, ray.far_start[2]), hn::Set(f, limit)));
+    return hn::Gt(enter, leave);
+  }
+
+  hn::Vec<F8> near[3], far[3];
+};
+
+/// A node's children from far to near for rays of an octant, three bits each, the farthest lowest: as rays of the
+/// opposite octant meet them. (The byte before an order is the node's too.)
+HWY_INLINE std::uint32_t far_to_near(const WideNode& node, std::uint32_t octant) {
+  std::uint32_t packed;
+  std::memcpy(
+      &packed,
+      reinterpret_cast<const std::uint8_t*>(&node) + offsetof(WideNode, order) + std::size_t{3} * (octant ^ 7) - 1,
+      sizeof packed);
+  return packed >> 8;
+}
+
+}  // namespace tessera::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

@@ -149,25 +149,36 @@ std::vector<double> tile_seconds(const RenderContext& context, std::vector<TileR
   return seconds;
 }
 
-/// Processor seconds of what the daemon does with a job's tiles beside rendering them: handing them out to two
-/// threads, storing, counting, and a copy of the film such as a request for an unfinished image takes.
-double seconds_around_tiles(const RenderContext& context, const std::vector<TileResult>& tiles) {
-  std::vector<PixelRect> rects;
-  for (const TileResult& tile : tiles) rects.push_back(tile.pixels.rect);
-  const CpuStopwatch watch;
-  Film film(kSide, kSide, context.settings.aovs, rects);
-  server::Progress progress;
-  {
-    server::Scheduler scheduler(2);
-    scheduler.submit(tiles.size(), [&](std::size_t i) {
-      film.store(i, tiles[i].pixels);
-      progress.add_tile(tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area()));
-    });
-    while (!film.complete()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+/// Processor milliseconds of what the daemon does with a job's tiles beside rendering them.
+struct AroundTiles {
+  Samples film;      ///< Making it, and the system giving it memory.
+  Samples handing;   ///< Dealing the tiles out to two threads, storing their pixels, counting their rays.
+  Samples snapshot;  ///< A copy of the film, as every request for an unfinished image takes.
+
+  void repeat(const RenderContext& context, const std::vector<TileResult>& tiles) {
+    std::vector<PixelRect> rects;
+    for (const TileResult& tile : tiles) rects.push_back(tile.pixels.rect);
+    CpuStopwatch watch;
+    const auto next = [&](Samples& samples) {
+      samples.add(1e3 * watch.seconds());
+      watch = CpuStopwatch();
+    };
+    Film image(kSide, kSide, context.settings.aovs, rects);
+    next(film);
+    server::Progress progress;
+    {
+      server::Scheduler scheduler(2);
+      scheduler.submit(tiles.size(), [&](std::size_t i) {
+        image.store(i, tiles[i].pixels);
+        progress.add_tile(tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area()));
+      });
+      while (!image.complete()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+    next(handing);
+    const Pixels copy = image.snapshot();
+    next(snapshot);
   }
-  const Pixels snapshot = film.snapshot();
-  return watch.seconds();
-}
+};
 
 void measure_tiles(Report& report, const std::string& job, const std::filesystem::path& scene, std::uint32_t samples) {
   const RenderContext context = context_of(scene, samples);
@@ -176,11 +187,15 @@ void measure_tiles(Report& report, const std::string& job, const std::filesystem
   const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
   const double longest = *std::ranges::max_element(seconds);
 
-  Samples around;
-  for (int i = 0; i < 11; ++i) around.add(seconds_around_tiles(context, tiles));
-  const double percent = 100 * around.median() / (sum + around.median());
-  std::printf("\n%s: %zu tiles, %.1f ms of processor time, the longest %.2f ms; scheduler, film and counters %.2f%%\n",
-              job.c_str(), tiles.size(), 1e3 * sum, 1e3 * longest, percent);
+  AroundTiles around;
+  for (int i = 0; i < 11; ++i) around.repeat(context, tiles);
+  const double beside = 1e-3 * (around.film.median() + around.handing.median());
+  const double percent = 100 * beside / (sum + beside);
+  std::printf(
+      "\n%s: %zu tiles, %.1f ms of processor time, the longest %.2f ms. Beside that %.2f%%: film %s ms, scheduler,\n"
+      "storing and counters %s ms. A snapshot, which this job needs none of: %s ms.\n",
+      job.c_str(), tiles.size(), 1e3 * sum, 1e3 * longest, percent, with_spread(around.film, 2).c_str(),
+      with_spread(around.handing, 2).c_str(), with_spread(around.snapshot, 2).c_str());
   report.at_most("jobs_overhead_percent/" + job, percent, 1);
 
   std::vector<std::vector<std::string>> rows = {{"cores", "ms", "× one", "efficiency"}};

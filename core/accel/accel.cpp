@@ -2,16 +2,17 @@
 
 namespace tessera {
 
-void Accel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log) const {
-  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = closest(rays[i], log).value_or(Hit{});
+void Accel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    hits[i] = (among ? closest_among(rays[i], *among, log) : closest(rays[i], log)).value_or(Hit{});
 }
 
 void Accel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const {
   for (std::size_t i = 0; i < rays.size(); ++i) hidden[i] = occluded(rays[i], log);
 }
 
-void Accel::closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log) const {
-  closest(rays, hits, log);
+void Accel::closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
+  closest(rays, hits, log, among);
 }
 
 void Accel::occluded_fan(Vec3, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const {

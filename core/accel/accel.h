@@ -37,6 +37,9 @@ struct TraceLog {
   TestCounts* counts = nullptr;
 };
 
+/// The only objects that rays can hit, ascending; all of the scene's where there is no list.
+using Candidates = std::optional<std::span<const std::uint32_t>>;
+
 /// The seam: every structure answers the same two questions with the same bits (laws L1 and L2 of the design).
 /// Immutable once made; all calls are safe from any number of threads, each with counts of its own. A ray that isn't
 /// `is_traceable` misses.
@@ -55,16 +58,17 @@ class Accel {
   virtual std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
                                            TraceLog log = {}) const = 0;
 
-  // Many rays at once: the answers are those of `closest` and `occluded`, ray by ray; hits[i].t is infinite for a miss,
-  // hidden[i] is 1 or 0. Spans are of one length. What a structure gains from knowing the rays together differs; by
-  // default it is nothing.
+  // Many rays at once: the answers are those of `closest`, `closest_among` and `occluded`, ray by ray; hits[i].t is
+  // infinite for a miss, hidden[i] is 1 or 0. Spans are of one length. What a structure gains from knowing the rays
+  // together differs; by default it is nothing.
 
   /// Any rays; neighbours in the span had better be neighbours in space.
-  virtual void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {}) const;
+  virtual void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {}, Candidates among = {}) const;
   virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log = {}) const;
 
   /// Rays that all leave one point: a camera's. Precondition: their origins are equal.
-  virtual void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {}) const;
+  virtual void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {},
+                           Candidates among = {}) const;
 
   /// Rays that all lead to one point, as far as floats allow: shadow rays to a light. Precondition: origin + direction
   /// is `apex`, each coordinate rounded once, and t_max ≤ 1.

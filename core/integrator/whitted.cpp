@@ -1,93 +1,91 @@
 #include "core/integrator/whitted.h"
 
+#include <utility>
+
+#include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
-#include "core/light/illuminate.h"
 #include "core/material/shade.h"
 
 namespace tessera {
 
-/// A hit as shading sees it: normals turned towards the viewer.
-struct Shading {
-  SurfacePoint surface;
-  Vec3 flat_normal;
-  Vec3 normal;
-  Vec3 to_viewer;
-  bool entering;  ///< The ray came from outside.
-};
+Whitted::Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log,
+                 std::stop_token stop)
+    : scene_(scene),
+      accel_(accel),
+      max_depth_(max_depth),
+      counts_(counts),
+      log_(log),
+      stop_(std::move(stop)),
+      direct_light_(scene, accel, counts, log, stop_) {}
 
-namespace {
-
-Shading shading_at(const SurfacePoint& surface, Vec3 direction) {
-  const bool entering = dot(to_double(direction), surface.geometric_normal) < 0;
-  const Vec3 flat = to_float(entering ? surface.geometric_normal : -surface.geometric_normal);
-  const Vec3 smooth = to_float(entering ? surface.shading_normal : -surface.shading_normal);
-  // An interpolated normal may point away from a viewer that sees the surface; the flat one never does.
-  return {surface, flat, dot(direction, smooth) < 0 ? smooth : flat, -direction, entering};
+void Whitted::radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out, std::uint32_t depth) {
+  if (levels_.size() < depth) levels_.emplace_back();
+  Level& level = levels_[depth - 1];
+  level.points.clear();
+  level.reflected.clear();
+  level.refracted.clear();
+  for (std::uint32_t i = 0; i < rays.size(); ++i) {
+    const bool is_hit = hits[i].t < kInfinity;
+    out[i] = is_hit ? Rgb() : scene_.background;
+    if (is_hit) shade_hit(rays[i], hits[i], i, depth, level);
+  }
+  direct_light_.add(level.points, out);
+  follow(level.reflected, out, depth, counts_.reflection);
+  follow(level.refracted, out, depth, counts_.refraction);
 }
 
-/// Mirrored at the shading normal, or at the flat one where that would lead into the surface.
-Vec3 mirrored(Vec3 direction, const Shading& at) {
-  const Vec3 smooth = mirror(direction, at.normal);
-  return dot(smooth, at.flat_normal) > 0 ? smooth : mirror(direction, at.flat_normal);
-}
+void Whitted::shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::uint32_t depth, Level& level) const {
+  const Material& material = scene_.materials[scene_.objects[hit.object].material];
+  const bool spawns = depth < max_depth_ && !(material.reflect.is_black() && material.transmit.is_black());
+  LitPoint& point = level.points.emplace_back();
+  point.material = &material;
+  point.sum = sum;
+  if (!spawns && !direct_light_.casts_shadows()) return;  // then nobody asks where the hit is
 
-/// Bent at the shading normal, or at the flat one where that would lead back out.
-std::optional<Vec3> refracted(Vec3 direction, const Shading& at, float eta) {
-  const auto smooth = refract(direction, at.normal, eta);
-  return !smooth || dot(*smooth, at.flat_normal) < 0 ? smooth : refract(direction, at.flat_normal, eta);
-}
-
-}  // namespace
-
-Rgb Whitted::radiance(const Ray& ray, const std::optional<Hit>& hit, std::uint32_t depth) {
-  if (!hit) return scene_.background;
-  const Material& material = scene_.materials[scene_.objects[hit->object].material];
   const Vec3 direction = UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
-  const Shading at = shading_at(world_surface(scene_, hit->object, hit->primitive, ray, hit->t), direction);
+  const Shading at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction);
+  point.origin = spawn_origin(at.surface, to_double(at.to_viewer));
+  point.normal = at.normal;
+  point.to_viewer = at.to_viewer;
+  if (spawns) spawn(material, at, point, level);
+}
 
-  Rgb sum = direct(material, at);
-  if (depth == max_depth_) return sum;
-
+void Whitted::spawn(const Material& material, const Shading& at, const LitPoint& point, Level& level) {
+  const Vec3 direction = -at.to_viewer;
   const float eta = at.entering ? material.ior : 1 / material.ior;
   const float reflected = material.fresnel ? fresnel(direction, at.normal, eta) : 1;
   const float passed = material.fresnel ? 1 - reflected : 1;
-  if (!material.reflect.is_black()) {
-    ++counts_.reflection;
-    sum = sum + material.reflect * reflected *
-                    follow(spawn_origin(at.surface, to_double(at.to_viewer)), mirrored(direction, at), depth);
-  }
+  if (!material.reflect.is_black())
+    level.reflected.add({point.origin, mirrored(at)}, material.reflect * reflected, point.sum);
   if (!material.transmit.is_black())
-    if (const auto bent = refracted(direction, at, eta)) {
-      ++counts_.refraction;
-      sum = sum + material.transmit * passed * follow(spawn_origin(at.surface, to_double(direction)), *bent, depth);
-    }
-  return sum;
+    if (const auto bent = refracted(at, eta))
+      level.refracted.add({spawn_origin(at.surface, to_double(direction)), *bent}, material.transmit * passed,
+                          point.sum);
 }
 
-Rgb Whitted::direct(const Material& material, const Shading& at) {
-  Rgb sum;
-  const Vec3 origin = spawn_origin(at.surface, to_double(at.to_viewer));
-  for (const Light& light : scene_.lights)
-    std::visit(
-        [&](const auto& source) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(source)>, AmbientLight>) {
-            sum = sum + material.diffuse * source.radiance;
-          } else {
-            const Illumination in = illuminate(source, origin);
-            const Rgb lit = shade(material, at.normal, at.to_viewer, in.to_light, in.irradiance);
-            if (lit.is_black()) return;
-            ++counts_.shadow;
-            if (!accel_.occluded(in.shadow_ray, log_)) sum = sum + lit;
-          }
-        },
-        light);
-  return sum;
+/// Adds what the spawned rays of a batch of depth `depth` bring back.
+void Whitted::follow(Spawned& spawned, std::span<Rgb> sums, std::uint32_t depth, std::uint64_t& count) {
+  const std::size_t size = spawned.rays.size();
+  if (size == 0 || stop_.stop_requested()) return;
+  count += size;
+  spawned.hits.resize(size);
+  spawned.radiance.resize(size);
+  accel_.closest(spawned.rays, spawned.hits, log_);
+  radiance(spawned.rays, spawned.hits, spawned.radiance, depth + 1);
+  for (std::size_t i = 0; i < size; ++i)
+    sums[spawned.sums[i]] = sums[spawned.sums[i]] + spawned.weights[i] * spawned.radiance[i];
 }
 
-Rgb Whitted::follow(Vec3 origin, Vec3 direction, std::uint32_t depth) {
-  if (stop_.stop_requested()) return {};
-  const Ray ray{origin, direction};
-  return radiance(ray, accel_.closest(ray, log_), depth + 1);
+void Whitted::Spawned::clear() {
+  rays.clear();
+  weights.clear();
+  sums.clear();
+}
+
+void Whitted::Spawned::add(const Ray& ray, Rgb weight, std::uint32_t sum) {
+  rays.push_back(ray);
+  weights.push_back(weight);
+  sums.push_back(sum);
 }
 
 }  // namespace tessera

@@ -1,109 +1,154 @@
 #include "core/render/render.h"
 
+#include <algorithm>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "core/integrator/spawn.h"
 #include "core/integrator/whitted.h"
 #include "core/math/float_environment.h"
+#include "core/render/sample_order.h"
 #include "core/sampling/pixel_samples.h"
 
 namespace tessera {
 namespace {
 
-/// Renders one tile, pixel by pixel.
+/// Samples that are traced together: enough for structures to gain from rays that go together, few enough for all that
+/// is known of them to stay in the caches.
+constexpr std::size_t kChunk = 1024;
+
+bool records_costs(const Settings& settings) {
+  return settings.aovs.contains(Aov::cost_volumes) || settings.aovs.contains(Aov::cost_primitives);
+}
+
+/// The same sum and the same division, whether samples were traced or known to be background (law L6).
+Rgb mean(Rgb sum, std::uint32_t samples) {
+  const auto n = static_cast<float>(samples);
+  return {sum.r / n, sum.g / n, sum.b / n};
+}
+
+/// A tile that nothing projects into.
+TileResult background_tile(const RenderContext& context, PixelRect rect) {
+  TileResult result{Pixels(rect, context.settings.aovs), {}, {}};
+  const std::uint32_t samples = context.settings.samples;
+  Rgb sum;
+  for (std::uint32_t i = 0; i < samples; ++i) sum = sum + context.scene->background;
+  std::ranges::fill(result.pixels.color, mean(sum, samples));
+  result.rays.camera_skipped = static_cast<std::uint64_t>(rect.area()) * samples;
+  return result;
+}
+
+/// Renders one tile, a chunk of its samples at a time.
 class TileRenderer {
  public:
-  TileRenderer(const RenderContext& context, const Tile& tile, std::stop_token stop)
+  TileRenderer(const RenderContext& context, const Tile& tile, const std::stop_token& stop)
       : context_(context),
-        tile_(tile),
-        stop_(std::move(stop)),
+        stop_(stop),
+        offsets_(context.settings.seed, context.settings.samples, context.settings.jitter),
         result_{Pixels(tile.rect, context.settings.aovs), {}, {}},
-        log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {}
+        log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
+        whitted_(*context.scene, *context.accel, context.settings.max_depth, result_.rays, log_, stop) {
+    if (tile.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile);
+  }
 
+  /// Once.
   std::optional<TileResult> run() {
-    for (std::int32_t y = tile_.rect.y0; y < tile_.rect.y1; ++y)
-      for (std::int32_t x = tile_.rect.x0; x < tile_.rect.x1; ++x)
-        if (!pixel(x, y)) return std::nullopt;
+    // Costs are told apart by pixel.
+    const std::size_t most_pixels = records_costs(context_.settings) ? 1 : kChunk;
+    SampleOrder order(result_.pixels.rect, context_.settings.samples);
+    while (order.next(kChunk, most_pixels, samples_)) {
+      render_chunk();
+      if (stop_.stop_requested()) return std::nullopt;  // also when the chunk was cut short by that
+    }
+    for (Rgb& color : result_.pixels.color) color = mean(color, context_.settings.samples);
     return std::move(result_);
   }
 
  private:
-  /// The same sum and the same division, whether its samples were traced or known to be background (law L6). False
-  /// when told to stop.
-  bool pixel(std::int32_t x, std::int32_t y) {
-    const std::uint32_t samples = context_.settings.samples;
-    const TestCounts before = result_.tests;
-    Rgb sum;
-    for (std::uint32_t i = 0; i < samples; ++i) {
-      sum = sum + sample(x, y, i);
-      if (stop_.stop_requested()) return false;  // also when it was cut short by that
+  void render_chunk() {
+    if (samples_.front().index == 0) before_pixel_ = result_.tests;
+    trace_first_level();
+    record_aovs();
+    radiance_.resize(rays_.size());
+    whitted_.radiance(rays_, hits_, radiance_);
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      Rgb& sum = result_.pixels.color[pixel(samples_[i])];
+      sum = sum + radiance_[i];
     }
-    const auto n = static_cast<float>(samples);
-    const std::size_t index = result_.pixels.index(x, y);
-    result_.pixels.color[index] = {sum.r / n, sum.g / n, sum.b / n};
-    record_costs(index, before);
-    return true;
+    if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
   }
 
-  Rgb sample(std::int32_t x, std::int32_t y, std::uint32_t index) {
-    if (tile_.first_level == FirstLevel::nothing) {
-      ++result_.rays.camera_skipped;
-      return context_.scene->background;
+  void trace_first_level() {
+    rays_.clear();
+    for (const Sample& s : samples_) {
+      const PixelOffset offset = offsets_.of(static_cast<std::uint32_t>(s.x), static_cast<std::uint32_t>(s.y), s.index);
+      rays_.push_back(context_.rays.ray(s.x + offset.x, s.y + offset.y));
     }
-    const Settings& settings = context_.settings;
-    const PixelOffset offset = pixel_offset(settings.seed, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
-                                            index, settings.samples, settings.jitter);
-    const Ray ray = context_.rays.ray(x + offset.x, y + offset.y);
-    const std::optional<Hit> hit = first_hit(ray);
-    ++result_.rays.camera;
-    if (hit) ++result_.rays.camera_hits;
-    if (hit && index == 0) record_aovs(result_.pixels.index(x, y), ray, *hit);
-    return Whitted(*context_.scene, *context_.accel, settings.max_depth, result_.rays, log_, stop_).radiance(ray, hit);
+    hits_.resize(rays_.size());
+    if (context_.rays.is_perspective())
+      context_.accel->closest_fan(rays_, hits_, log_, candidates_);
+    else
+      context_.accel->closest(rays_, hits_, log_, candidates_);
+    result_.rays.camera += rays_.size();
+    result_.rays.camera_hits +=
+        static_cast<std::uint64_t>(std::ranges::count_if(hits_, [](const Hit& hit) { return hit.t < kInfinity; }));
   }
 
-  std::optional<Hit> first_hit(const Ray& ray) const {
-    if (tile_.first_level == FirstLevel::candidates)
-      return context_.accel->closest_among(ray, context_.plan.tiling.candidates_of(tile_), log_);
-    return context_.accel->closest(ray, log_);
-  }
-
-  void record_aovs(std::size_t pixel, const Ray& ray, const Hit& hit) {
+  void record_aovs() {
     Pixels& out = result_.pixels;
-    if (!out.depth.empty()) out.depth[pixel] = hit.t;  // a camera ray's t is depth
-    if (!out.primitive_id.empty()) out.primitive_id[pixel] = hit.primitive;
-    if (!out.object_id.empty()) out.object_id[pixel] = hit.object;
-    if (!out.normal.empty())
-      out.normal[pixel] =
-          to_float(world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t).shading_normal);
+    if (out.depth.empty() && out.primitive_id.empty() && out.object_id.empty() && out.normal.empty()) return;
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const Hit& hit = hits_[i];
+      if (samples_[i].index != 0 || hit.t == kInfinity) continue;
+      const std::size_t at = pixel(samples_[i]);
+      if (!out.depth.empty()) out.depth[at] = hit.t;  // a camera ray's t is depth
+      if (!out.primitive_id.empty()) out.primitive_id[at] = hit.primitive;
+      if (!out.object_id.empty()) out.object_id[at] = hit.object;
+      if (!out.normal.empty())
+        out.normal[at] =
+            to_float(world_surface(*context_.scene, hit.object, hit.primitive, rays_[i], hit.t).shading_normal);
+    }
   }
 
-  /// What the pixel's rays have cost since the counts were `before`.
-  void record_costs(std::size_t pixel, const TestCounts& before) {
-    const auto mean = [&](std::uint64_t TestCounts::*count) {
-      return static_cast<float>(static_cast<double>(result_.tests.*count - before.*count) / context_.settings.samples);
+  /// What the rays of a pixel have cost so far, were they all.
+  void record_costs(std::size_t at) {
+    const auto per_sample = [&](std::uint64_t TestCounts::*count) {
+      return static_cast<float>(static_cast<double>(result_.tests.*count - before_pixel_.*count) /
+                                context_.settings.samples);
     };
     Pixels& out = result_.pixels;
-    if (!out.cost_volumes.empty()) out.cost_volumes[pixel] = mean(&TestCounts::volume_tests);
-    if (!out.cost_primitives.empty()) out.cost_primitives[pixel] = mean(&TestCounts::object_tests);
+    if (!out.cost_volumes.empty()) out.cost_volumes[at] = per_sample(&TestCounts::volume_tests);
+    if (!out.cost_primitives.empty()) out.cost_primitives[at] = per_sample(&TestCounts::object_tests);
   }
 
+  std::size_t pixel(const Sample& sample) const { return result_.pixels.index(sample.x, sample.y); }
+
   const RenderContext& context_;
-  const Tile& tile_;
   std::stop_token stop_;
-  TileResult result_;
+  PixelOffsets offsets_;
+  Candidates candidates_;
+  TileResult result_;  ///< Colours are sums until all is traced.
   TraceLog log_;
+  Whitted whitted_;
+  TestCounts before_pixel_;
+  // Of the chunk at hand.
+  std::vector<Sample> samples_;
+  std::vector<Ray> rays_;
+  std::vector<Hit> hits_;
+  std::vector<Rgb> radiance_;
 };
 
 }  // namespace
 
-bool counts_tests(const Settings& settings) {
-  return settings.count_tests || settings.aovs.contains(Aov::cost_volumes) ||
-         settings.aovs.contains(Aov::cost_primitives);
-}
+bool counts_tests(const Settings& settings) { return settings.count_tests || records_costs(settings); }
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop) {
   const StrictFloats strict;
-  return TileRenderer(context, context.plan.tiling.tiles[index], std::move(stop)).run();
+  const Tile& tile = context.plan.tiling.tiles[index];
+  if (stop.stop_requested()) return std::nullopt;
+  if (tile.first_level == FirstLevel::nothing) return background_tile(context, tile.rect);
+  return TileRenderer(context, tile, stop).run();
 }
 
 }  // namespace tessera

@@ -36,7 +36,8 @@ struct TileResult {
 bool counts_tests(const Settings& settings);
 
 /// Renders tile `index` of the plan: a pure function of its arguments, safe to call from any thread. Nothing when
-/// `stop` was requested before it was done (looked at before every sample and every mirrored or refracted ray).
+/// `stop` was requested before it was done (looked at after every thousand samples, and before every batch of shadow,
+/// mirrored or refracted rays).
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop = {});
 
 }  // namespace tessera

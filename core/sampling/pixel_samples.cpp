@@ -20,23 +20,34 @@ std::uint32_t columns(std::uint32_t count) {
   return count / n;
 }
 
-}  // namespace
+/// What all numbers of a pixel come from.
+std::uint64_t pixel_bits(std::uint64_t seed, std::uint32_t x, std::uint32_t y) {
+  return mix(mix(seed) ^ (std::uint64_t{y} << 32 | x));
+}
 
-double uniform(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t sample, std::uint32_t dimension) {
-  const std::uint64_t pixel = mix(mix(seed) ^ (std::uint64_t{y} << 32 | x));
+double uniform_of(std::uint64_t pixel, std::uint32_t sample, std::uint32_t dimension) {
   return static_cast<double>(mix(pixel ^ (std::uint64_t{dimension} << 32 | sample)) >> 11) * 0x1p-53;
 }
 
-PixelOffset pixel_offset(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t sample,
-                         std::uint32_t count, bool jitter) {
-  if (!jitter) return {0.5, 0.5};
-  const std::uint32_t across = columns(count), down = count / across;
-  // The sum is < 1 before rounding; the largest double below 1 keeps it there after.
-  const auto within = [](std::uint32_t cell, double offset, std::uint32_t cells) {
-    return std::min((cell + offset) / cells, 1 - 0x1p-53);
-  };
-  return {within(sample % across, uniform(seed, x, y, sample, 0), across),
-          within(sample / across, uniform(seed, x, y, sample, 1), down)};
+/// In [0, 1). The sum is < cells before rounding; the largest double below 1 keeps it there after.
+double within(std::uint32_t cell, double offset, std::uint32_t cells) {
+  return std::min((cell + offset) / cells, 1 - 0x1p-53);
+}
+
+}  // namespace
+
+double uniform(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t sample, std::uint32_t dimension) {
+  return uniform_of(pixel_bits(seed, x, y), sample, dimension);
+}
+
+PixelOffsets::PixelOffsets(std::uint64_t seed, std::uint32_t count, bool jitter)
+    : seed_(seed), across_(columns(count)), down_(count / across_), jitter_(jitter) {}
+
+PixelOffset PixelOffsets::of(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
+  if (!jitter_) return {0.5, 0.5};
+  const std::uint64_t pixel = pixel_bits(seed_, x, y);
+  return {within(sample % across_, uniform_of(pixel, sample, 0), across_),
+          within(sample / across_, uniform_of(pixel, sample, 1), down_)};
 }
 
 }  // namespace tessera

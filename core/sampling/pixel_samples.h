@@ -12,9 +12,19 @@ struct PixelOffset {
   double x, y;  ///< In [0, 1).
 };
 
-/// Sample `sample` of `count`: jittered within its cell of a columns × rows = count grid as square as the count's
-/// divisors allow (Cook 1986). Without `jitter`, the pixel's centre.
-PixelOffset pixel_offset(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t sample,
-                         std::uint32_t count, bool jitter);
+/// Where the samples of an image's pixels fall, each pixel having `count`: sample i is jittered within its cell of a
+/// columns × rows = count grid as square as the count's divisors allow (Cook 1986). Without `jitter`, at the pixel's
+/// centre. Pure.
+class PixelOffsets {
+ public:
+  PixelOffsets(std::uint64_t seed, std::uint32_t count, bool jitter);
+
+  PixelOffset of(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const;
+
+ private:
+  std::uint64_t seed_;
+  std::uint32_t across_, down_;
+  bool jitter_;
+};
 
 }  // namespace tessera

@@ -30,7 +30,7 @@ unsigned long long hash_samples() {
       for (std::uint32_t x = 0; x < 40; ++x)
         for (const std::uint32_t count : {1U, 2U, 6U, 7U, 16U})
           for (std::uint32_t i = 0; i < count; ++i) {
-            const auto at = tessera::pixel_offset(seed, x * 977, y * 1663, i, count, true);
+            const auto at = tessera::PixelOffsets(seed, count, true).of(x * 977, y * 1663, i);
             hash.add(at.x);
             hash.add(at.y);
           }

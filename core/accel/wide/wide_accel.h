@@ -22,22 +22,35 @@ class WideAccel final : public Accel {
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override;
   bool occluded(const Ray& ray, TraceLog log) const override;
   std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects, TraceLog log) const override;
-  void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log) const override;
+  void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const override;
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const override;
-  void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log) const override;
+  void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const override;
   void occluded_fan(Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const override;
   AccelStats stats() const override;
 
  private:
   const WideTree& tree(std::uint32_t shape) const { return meshes_[shape]; }
+  bool is_mesh(const Object& object) const;
   void closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const;
   bool occluded_by(std::uint32_t object, const Ray& world, TraceLog log) const;
-  /// The one mesh that is all there is, in the world's own space; null if there is more.
-  const WideTree* lone_mesh() const;
+  /// Whether a mesh in the world's own space is all there is: then nothing has to be picked.
+  bool is_lone_mesh() const;
+
+  // A batch, object by object; up to `kFanRays` of a fan. Precondition: all rays are traceable.
+  void closest_by_object(std::span<const Ray> rays, std::span<Hit> hits, std::span<const std::uint32_t> objects,
+                         bool is_fan, TraceLog log) const;
+  void occluded_by_object(std::span<const Ray> rays, std::span<std::uint8_t> hidden, std::optional<Vec3> apex,
+                          TraceLog log) const;
+  /// Of an object's rays in its own space.
+  void closest_on(std::uint32_t object, bool is_fan, std::span<const Ray> rays, std::span<Hit> hits,
+                  TestCounts* counts) const;
+  void occluded_on(std::uint32_t object, std::optional<Vec3> apex, std::span<const Ray> rays,
+                   std::span<std::uint8_t> hidden, TestCounts* counts) const;
 
   std::shared_ptr<const Scene> scene_;
   const WideKernels& kernels_;
   std::vector<Aabb> boxes_;
+  std::vector<std::uint32_t> few_;  ///< All objects, if they are few enough to go through them one by one.
   BoundTree<BoxBound> objects_;
   std::vector<WideTree> meshes_;  ///< By shape; empty for what isn't a mesh.
   Transform::Error placed_;

@@ -18,7 +18,7 @@ void add_tile(const CameraRays& camera, std::uint32_t tile_x, std::uint32_t tile
     const std::uint32_t block = i / kInBlock, pixel = i % kInBlock;
     const std::uint32_t x = tile_x + block % kAcross * kBlockSide + pixel % kBlockSide;
     const std::uint32_t y = tile_y + block / kAcross * kBlockSide + pixel / kBlockSide;
-    const PixelOffset offset = pixel_offset(0, x, y, 0, 1, true);
+    const PixelOffset offset = PixelOffsets(0, 1, true).of(x, y, 0);
     set.rays.push_back(camera.ray(x + offset.x, y + offset.y));
   }
   set.ends.push_back(set.rays.size());

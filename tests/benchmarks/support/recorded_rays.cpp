@@ -55,16 +55,18 @@ RecordedRays record_rays(const RenderContext& context) {
   const Settings& settings = context.settings;
   const RecordingAccel recorder(*context.accel, counts, rays);
   Whitted integrator(*context.scene, recorder, settings.max_depth, counts);
+  const PixelOffsets offsets(settings.seed, settings.samples, settings.jitter);
   for (const Tile& tile : context.plan.tiling.tiles) {
     if (tile.first_level == FirstLevel::nothing) continue;
     for (std::int32_t y = tile.rect.y0; y < tile.rect.y1; ++y)
       for (std::int32_t x = tile.rect.x0; x < tile.rect.x1; ++x)
         for (std::uint32_t i = 0; i < settings.samples; ++i) {
-          const PixelOffset at = pixel_offset(settings.seed, static_cast<std::uint32_t>(x),
-                                              static_cast<std::uint32_t>(y), i, settings.samples, settings.jitter);
+          const PixelOffset at = offsets.of(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), i);
           const Ray ray = context.rays.ray(x + at.x, y + at.y);
           rays.of(RayKind::camera).push_back(ray);
-          integrator.radiance(ray, context.accel->closest(ray));
+          const Hit hit = context.accel->closest(ray).value_or(Hit{});
+          Rgb radiance;
+          integrator.radiance({&ray, 1}, {&hit, 1}, {&radiance, 1});
         }
   }
   return rays;

@@ -22,7 +22,8 @@ struct Seen {
 Seen look(const std::shared_ptr<const Scene>& scene, const Ray& ray, std::uint32_t max_depth = 5) {
   const auto accel = make_accel(scene, {AccelKind::bvh});
   Seen seen;
-  seen.radiance = Whitted(*scene, *accel, max_depth, seen.rays).radiance(ray, accel->closest(ray));
+  const Hit hit = accel->closest(ray).value_or(Hit{});
+  Whitted(*scene, *accel, max_depth, seen.rays).radiance({&ray, 1}, {&hit, 1}, {&seen.radiance, 1});
   return seen;
 }
 

@@ -32,7 +32,7 @@ TEST(PixelSamples, FillEveryCellOnce) {
   for (const auto& [count, across, down] : {std::tuple{16U, 4U, 4U}, {6U, 3U, 2U}, {7U, 7U, 1U}}) {
     std::set<std::pair<int, int>> cells;
     for (std::uint32_t i = 0; i < count; ++i) {
-      const PixelOffset o = pixel_offset(9, 5, 6, i, count, true);
+      const PixelOffset o = PixelOffsets(9, count, true).of(5, 6, i);
       cells.insert({static_cast<int>(o.x * across), static_cast<int>(o.y * down)});
     }
     EXPECT_EQ(cells.size(), count);
@@ -40,7 +40,7 @@ TEST(PixelSamples, FillEveryCellOnce) {
 }
 
 TEST(PixelSamples, AreCentredWithoutJitter) {
-  const PixelOffset o = pixel_offset(9, 5, 6, 3, 16, false);
+  const PixelOffset o = PixelOffsets(9, 16, false).of(5, 6, 3);
   EXPECT_EQ(o.x, 0.5);
   EXPECT_EQ(o.y, 0.5);
 }

@@ -1,0 +1,51 @@
+#include "core/integrator/direct_light.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/light/illuminate.h"
+#include "core/material/shade.h"
+
+namespace tessera {
+
+DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log, std::stop_token stop)
+    : scene_(scene),
+      accel_(accel),
+      counts_(counts),
+      log_(log),
+      stop_(std::move(stop)),
+      casts_shadows_(std::ranges::any_of(
+          scene.lights, [](const Light& light) { return !std::holds_alternative<AmbientLight>(light); })) {}
+
+void DirectLight::add(std::span<const LitPoint> points, std::span<Rgb> sums) {
+  for (const Light& light : scene_.lights)
+    std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
+}
+
+void DirectLight::add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+  for (const LitPoint& point : points) sums[point.sum] = sums[point.sum] + point.material->diffuse * light.radiance;
+}
+
+template <typename Light>
+void DirectLight::add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+  rays_.clear();
+  lit_.clear();
+  for (const LitPoint& point : points) {
+    const Illumination in = illuminate(light, point.origin);
+    const Rgb lit = shade(*point.material, point.normal, point.to_viewer, in.to_light, in.irradiance);
+    if (lit.is_black()) continue;
+    rays_.push_back(in.shadow_ray);
+    lit_.push_back({lit, point.sum});
+  }
+  if (rays_.empty() || stop_.stop_requested()) return;
+  counts_.shadow += rays_.size();
+  hidden_.resize(rays_.size());
+  trace(light);
+  for (std::size_t i = 0; i < rays_.size(); ++i)
+    if (!hidden_[i]) sums[lit_[i].sum] = sums[lit_[i].sum] + lit_[i].radiance;
+}
+
+void DirectLight::trace(const PointLight& light) { accel_.occluded_fan(light.position, rays_, hidden_, log_); }
+void DirectLight::trace(const DirectionalLight&) { accel_.occluded(rays_, hidden_, log_); }
+
+}  // namespace tessera

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "core/accel/accel.h"
+#include "core/integrator/ray_counts.h"
+#include "core/math/rgb.h"
+#include "core/scene/scene.h"
+
+namespace tessera {
+
+/// A point whose light is asked for.
+struct LitPoint {
+  const Material* material;
+  Vec3
+      origin;  ///< Of its shadow rays: beside the surface. This and what follows isn't read unless lights cast shadows.
+  Vec3 normal;        ///< Unit, on the viewer's side.
+  Vec3 to_viewer;     ///< Unit.
+  std::uint32_t sum;  ///< The place of its sum.
+};
+
+/// What arrives at points straight from the lights, and leaves towards the viewer. All the shadow rays to a light are
+/// traced at once. For one thread: it keeps its memory from call to call.
+class DirectLight {
+ public:
+  DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log, std::stop_token stop);
+
+  /// Whether any light can be hidden.
+  bool casts_shadows() const { return casts_shadows_; }
+
+  /// Adds radiance (W/(sr m²)) to the points' sums, light by light as the scene has them. Once a stop is requested, no
+  /// further ray is traced, and the sums mean nothing.
+  void add(std::span<const LitPoint> points, std::span<Rgb> sums);
+
+ private:
+  void add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums);
+  template <typename Light>
+  void add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
+  void trace(const PointLight& light);
+  void trace(const DirectionalLight& light);
+
+  /// What a point reflects of a light, unless the light is hidden.
+  struct Lit {
+    Rgb radiance;
+    std::uint32_t sum;
+  };
+
+  const Scene& scene_;
+  const Accel& accel_;
+  RayCounts& counts_;
+  TraceLog log_;
+  std::stop_token stop_;
+  bool casts_shadows_;
+  std::vector<Ray> rays_;
+  std::vector<Lit> lit_;  ///< For each ray.
+  std::vector<std::uint8_t> hidden_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+#include "core/render/sample_order.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
+  for (const PixelRect rect : {PixelRect{0, 0, 1, 1}, {3, 5, 40, 23}, {16, 0, 32, 16}, {7, 7, 8, 90}})
+    for (const std::uint32_t samples : {1U, 3U, 16U}) {
+      for (const auto& [most_samples, most_pixels] :
+           {std::pair<std::size_t, std::size_t>{1024, 1024}, {5, 99}, {7, 1}}) {
+        SampleOrder order(rect, samples);
+        std::map<std::pair<std::int32_t, std::int32_t>, std::uint32_t> seen;
+        std::vector<Sample> some;
+        while (order.next(most_samples, most_pixels, some)) {
+          ASSERT_TRUE(!some.empty() && some.size() <= most_samples);
+          std::size_t pixels = 0;
+          for (std::size_t i = 0; i < some.size(); ++i) {
+            ASSERT_EQ((seen[{some[i].x, some[i].y}]++), some[i].index);
+            pixels += i == 0 || some[i].x != some[i - 1].x || some[i].y != some[i - 1].y;
+          }
+          ASSERT_LE(pixels, most_pixels);
+        }
+        EXPECT_EQ(static_cast<std::int64_t>(seen.size()), rect.area());
+        for (const auto& [at, count] : seen) {
+          EXPECT_EQ(count, samples);
+          EXPECT_TRUE(overlap(rect, {at.first, at.second, at.first + 1, at.second + 1}));
+        }
+      }
+    }
+}
+
+TEST(SampleOrder, KeepsNeighboursTogether) {
+  SampleOrder order({32, 16, 96, 80}, 1);
+  std::vector<Sample> all;
+  ASSERT_TRUE(order.next(64 * 64, 64 * 64, all));
+  for (const auto& [count, side] : {std::pair<std::size_t, int>{16, 4}, {256, 16}})
+    for (auto first = all.begin(); first != all.end(); first += static_cast<std::ptrdiff_t>(count)) {
+      const auto last = first + static_cast<std::ptrdiff_t>(count);
+      const auto [left, right] = std::minmax_element(first, last, [](auto& a, auto& b) { return a.x < b.x; });
+      const auto [top, bottom] = std::minmax_element(first, last, [](auto& a, auto& b) { return a.y < b.y; });
+      EXPECT_EQ(right->x - left->x, side - 1);
+      EXPECT_EQ(bottom->y - top->y, side - 1);
+    }
+}
+
+}  // namespace
+}  // namespace tessera

@@ -38,6 +38,7 @@ LIBRARIES = {
 # POSIX, for the parts that talk to the system.
 SYSTEM = {part: ["sys/", "unistd.h", "fcntl.h", "signal.h"] for part in ("server", "client", "tests", "proto/wire")}
 SYSTEM["tests"].append("sched.h")
+SYSTEM["core/accel/wide"] = ["sys/mman.h"]  # huge pages
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
 

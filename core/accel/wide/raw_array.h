@@ -4,21 +4,33 @@
 #include <memory>
 #include <new>
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 namespace tessera {
 
 /// Uninitialised memory for objects that need neither constructor nor destructor, from a cache line on. What is never
-/// written to takes no memory.
+/// written to takes no memory. Large arrays ask for huge pages where there are such: rays that go anywhere in a tree
+/// otherwise wait for the page table as often as for the tree.
 template <typename T>
 class RawArray {
  public:
-  explicit RawArray(std::size_t count) : data_(static_cast<T*>(::operator new(count * sizeof(T), kAlign))) {}
+  explicit RawArray(std::size_t count) {
+    const std::size_t bytes = count * sizeof(T), align = bytes < 2 * kHugePage ? kCacheLine : kHugePage;
+    data_ = {static_cast<T*>(::operator new(bytes, std::align_val_t{align})), Free{align}};
+#ifdef __linux__
+    if (align == kHugePage) madvise(data_.get(), bytes / kHugePage * kHugePage, MADV_HUGEPAGE);  // a wish: it may fail
+#endif
+  }
   T* data() const { return data_.get(); }
   T& operator[](std::size_t i) const { return data_.get()[i]; }
 
  private:
-  static constexpr std::align_val_t kAlign{64};
+  static constexpr std::size_t kCacheLine = 64, kHugePage = std::size_t{2} << 20;
   struct Free {
-    void operator()(T* data) const { ::operator delete(data, kAlign); }
+    std::size_t align = kCacheLine;
+    void operator()(T* data) const { ::operator delete(data, std::align_val_t{align}); }
   };
   std::unique_ptr<T, Free> data_;
 };

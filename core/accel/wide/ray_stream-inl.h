@@ -6,6 +6,7 @@
 #define TESSERA_RAY_STREAM_INL
 #endif
 
+#include <memory>
 #include <vector>
 
 #include "core/accel/tally.h"
@@ -13,6 +14,9 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
+
+/// Rays of a stream at most: what is kept for them stays in the second level of the cache.
+inline constexpr std::size_t kStreamRays = 4096;
 
 /// Many rays' way through a tree together, node by node (after Barringer & Akenine-Möller, "Dynamic Ray Stream
 /// Traversal", 2014): each node is looked into once for all the rays that enter it, one ray after the other against its
@@ -24,7 +28,7 @@ template <typename Counter, typename OnHit>
 class RayStream {
  public:
   /// `on_hit(ray, t, triangle)` is called for hits within the ray's interval at t ≤ limits[ray]; it returns the new
-  /// limit, or `kStop`. Rays that start with `kStop` aren't traced.
+  /// limit, or `kStop`. Rays that start with `kStop` aren't traced. Precondition: at most `kStreamRays`.
   RayStream(const WideTree& tree, std::span<const Ray> rays, std::span<float> limits, Counter tally, OnHit on_hit)
       : tree_(tree), frame_(tree), rays_(rays), limits_(limits), tally_(tally), on_hit_(on_hit) {}
 
@@ -35,10 +39,9 @@ class RayStream {
       any = false;
       for (std::uint32_t octant = 0; octant < 8; ++octant) {
         Group& group = groups_[octant];
-        if (group.lists.empty()) continue;
+        if (group.waiting == 0) continue;
         any = true;
-        const List list = group.lists.back();
-        group.lists.pop_back();
+        const List list = group.lists[--group.waiting];
         if (WideChild::is_leaf(list.child))
           visit_leaf(group, list);
         else
@@ -49,76 +52,84 @@ class RayStream {
   }
 
  private:
+  using U16 = hn::CappedTag<std::uint32_t, 16>;
+  static constexpr std::size_t kLanes = hn::MaxLanes(U16());
+
   struct List {
     std::uint32_t child;
-    std::uint32_t first, count;  ///< Into `members`.
+    std::uint32_t first, count;  ///< Into `rays`.
   };
 
   /// The rays of an octant.
   struct Group {
-    std::vector<List> lists;             ///< To be visited, the last first.
-    std::vector<std::uint32_t> members;  ///< Rays of the lists, one list after the other.
+    int waiting = 0;
+    List lists[WideTree::kMostDepth * 7 + 8];  ///< To be visited, the last first.
+    std::vector<std::uint32_t> rays;           ///< Of the lists, one list after the other.
   };
 
   HWY_INLINE void setup() {
-    clip_.resize(rays_.size());
-    leaf_rays_.resize(rays_.size());
     for (std::uint32_t i = 0; i < rays_.size(); ++i) {
       if (limits_[i] == kStop) continue;
       clip_[i] = ClipRay(frame_, rays_[i]);
       leaf_rays_[i] = LeafRay(rays_[i], clip_[i]);
-      groups_[octant_of(rays_[i].direction)].members.push_back(i);
+      groups_[octant_of(rays_[i].direction)].rays.push_back(i);
     }
-    for (Group& group : groups_)
-      if (!group.members.empty()) group.lists.push_back({0, 0, static_cast<std::uint32_t>(group.members.size())});
+    for (Group& group : groups_) {
+      const std::size_t count = group.rays.size();
+      if (count == 0) continue;
+      group.lists[group.waiting++] = {0, 0, static_cast<std::uint32_t>(count)};
+      group.rays.resize(count + kLanes);
+    }
   }
 
   HWY_INLINE void visit_node(Group& group, const List& list, std::uint32_t octant) {
     const WideNode& node = tree_.nodes[list.child];
     const PlaneRows rows(octant);
-    const std::size_t end = list.first + list.count;
-    group.members.resize(std::max(group.members.size(), end + 8 * (list.count + kSlack)));
-    entered_.resize(std::max(entered_.size(), std::size_t{list.count} + kSlack));
+    const std::uint32_t* members = group.rays.data() + list.first;
+    std::uint32_t any = 0;
     for (std::size_t first = 0; first < 8; first += kLanes8) {
       const ChildPlanes planes(node, first, rows, frame_);
       for (std::size_t i = 0; i < list.count; ++i) {
-        const std::uint32_t ray = group.members[list.first + i];
+        const std::uint32_t ray = members[i];
         hn::Vec<F8> enter;
         const std::uint32_t missed = bits_of(F8(), planes.missed_by(clip_[ray], limits_[ray], enter));
         const std::uint32_t entered = (~missed & ((1U << kLanes8) - 1)) << first;
         entered_[i] = first == 0 ? entered : entered_[i] | entered;
+        any |= entered;
       }
     }
-    distribute(group, list, node, far_to_near(node, octant));
+    if (any != 0) distribute(group, list, node, far_to_near(node, octant));
   }
 
-  /// Lists the rays that enter each child.
+  /// Lists the rays that enter each child. No branch depends on which do.
   HWY_INLINE void distribute(Group& group, const List& list, const WideNode& node, std::uint32_t order) {
-    const hn::CappedTag<std::uint32_t, 16> u;
-    constexpr std::size_t kLanes = hn::MaxLanes(u);
-    std::uint32_t* members = group.members.data();
+    const U16 u;
+    const std::size_t room = list.first + 9 * (std::size_t{list.count} + kLanes);
+    if (group.rays.size() < room) group.rays.resize(2 * room);
+    std::uint32_t* rays = group.rays.data();
     std::uint32_t at = list.first + list.count;
+    const int before = group.waiting;
     for (int i = 0; i < 8; ++i, order >>= 3) {
       const std::uint32_t slot = order & 7, child = node.child[slot];
-      if (child == kNoChild) continue;
+      const auto bit = hn::Set(u, child == kNoChild ? 0 : 1U << slot);
       const std::uint32_t begin = at;
-      for (std::size_t k = 0; k < list.count; k += kLanes) {
-        const auto entered = hn::TestBit(hn::LoadU(u, entered_.data() + k), hn::Set(u, 1U << slot));
+      for (std::uint32_t k = 0; k < list.count; k += kLanes) {
+        const auto entered = hn::Ne(hn::And(hn::LoadU(u, entered_ + k), bit), hn::Zero(u));
         const auto valid = hn::And(entered, hn::FirstN(u, list.count - k));
-        hn::StoreU(hn::Compress(hn::LoadU(u, members + list.first + k), valid), u, members + at);
+        hn::StoreU(hn::Compress(hn::LoadU(u, rays + list.first + k), valid), u, rays + at);
         at += static_cast<std::uint32_t>(hn::CountTrue(u, valid));
       }
       tally_.volumes(list.count, at - begin);
-      if (at == begin) continue;
-      group.lists.push_back({child, begin, at - begin});
-      prefetch(tree_, child);
+      group.lists[group.waiting] = {child, begin, at - begin};
+      group.waiting += at != begin;
     }
+    for (int i = before; i < group.waiting; ++i) prefetch(tree_, group.lists[i].child);
   }
 
   HWY_INLINE void visit_leaf(const Group& group, const List& list) {
     const Leaf leaf(tree_, list.child);
     for (std::size_t k = 0; k < list.count; ++k) {
-      const std::uint32_t ray = group.members[list.first + k];
+      const std::uint32_t ray = group.rays[list.first + k];
       const LeafRay& culling = leaf_rays_[ray];
       std::uint32_t possible = 0;
       for (std::size_t first = 0; first < leaf.count; first += kLanes8)
@@ -141,20 +152,31 @@ class RayStream {
     });
   }
 
-  static constexpr std::size_t kSlack = 16;
-
   const WideTree& tree_;
   const TreeFrame frame_;
   const std::span<const Ray> rays_;
   const std::span<float> limits_;
   const Counter tally_;
   OnHit on_hit_;
-  std::vector<ClipRay> clip_;
-  std::vector<LeafRay> leaf_rays_;
   Group groups_[8];
   ExactQueue queue_;
-  std::vector<std::uint32_t> entered_;  ///< For each ray of the list at hand, which children it enters: bits.
+  ClipRay clip_[kStreamRays];
+  LeafRay leaf_rays_[kStreamRays];
+  std::uint32_t entered_[kStreamRays + kLanes];  ///< For each ray of the node at hand, which children it enters: bits.
 };
+
+/// Traces rays in streams of the size that fits.
+template <typename Counter, typename OnHit>
+HWY_INLINE void stream_rays(const WideTree& tree, std::span<const Ray> rays, std::span<float> limits, Counter tally,
+                            OnHit&& on_hit) {
+  for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
+    const std::size_t count = std::min(kStreamRays, rays.size() - first);
+    const auto shifted = [&](std::size_t ray, float t, std::uint32_t triangle)
+                             HWY_ATTR { return on_hit(first + ray, t, triangle); };
+    using Stream = RayStream<Counter, decltype(shifted)>;
+    std::make_unique<Stream>(tree, rays.subspan(first, count), limits.subspan(first, count), tally, shifted)->run();
+  }
+}
 
 }  // namespace tessera::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -42,7 +42,7 @@ void closest(const WideTree& tree, std::uint32_t object, std::span<const Ray> ra
     }
     std::vector<float> limits(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = std::min(hits[i].t, rays[i].t_max);
-    RayStream(tree, rays, limits, tally, on_hit).run();
+    stream_rays(tree, rays, limits, tally, on_hit);
   });
 }
 
@@ -63,9 +63,7 @@ void occluded(const WideTree& tree, std::span<const Ray> rays, std::span<std::ui
     }
     std::vector<float> limits(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = hidden[i] ? kStop : rays[i].t_max;
-    RayStream(tree, rays, limits, tally, [&](std::uint32_t ray, float, std::uint32_t) HWY_ATTR {
-      return on_hit(ray);
-    }).run();
+    stream_rays(tree, rays, limits, tally, [&](std::size_t ray, float, std::uint32_t) HWY_ATTR { return on_hit(ray); });
   });
 }
 
@@ -109,6 +107,16 @@ HWY_EXPORT(kernels);
 const WideKernels& wide_kernels() {
   static const WideKernels& best = *HWY_DYNAMIC_DISPATCH(kernels)();
   return best;
+}
+
+std::vector<const WideKernels*> runnable_wide_kernels() {
+  std::vector<const WideKernels*> all;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {  // their order is Highway's: the best first
+    hwy::SetSupportedTargetsForTest(target);
+    all.push_back(HWY_DYNAMIC_DISPATCH(kernels)());
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  return all;
 }
 
 }  // namespace tessera

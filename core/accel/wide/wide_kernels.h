@@ -39,7 +39,7 @@ struct WideKernels {
 /// The best for this machine, settled at the first call.
 const WideKernels& wide_kernels();
 
-/// All that this machine can run, for tests: the best first.
+/// All that this machine can run, for tests: the best first. Not to be called while `wide_kernels` may be.
 std::vector<const WideKernels*> runnable_wide_kernels();
 
 }  // namespace tessera

@@ -19,7 +19,8 @@ namespace tessera::HWY_NAMESPACE {
 /// by one.
 class ExactFan {
  protected:
-  ExactFan(const Picture& picture, std::span<const Ray> rays, const FanRays& fan) : picture_(picture), rays_(rays) {
+  ExactFan(const Picture& picture, std::span<const Ray> rays, const FanRays& fan)
+      : picture_(picture), rays_(rays), sign_limit_(0x1p-47 * 1.01 * 4 * 6 * picture.reach * picture.reach) {
     std::copy_n(fan.irregular, kBlocks, irregular_);
     const D8 d;
     for (std::size_t i = 0; i < kFanRays; i += kExactLanes) {
@@ -42,7 +43,10 @@ class ExactFan {
       return SeenCorner{hn::Sub(hn::Sub(at(picture_.axes.x), origin[0]), hn::Mul(hn::Load(d, shear_x_ + first), z)),
                         hn::Sub(hn::Sub(at(picture_.axes.y), origin[1]), hn::Mul(hn::Load(d, shear_y_ + first), z)), z};
     };
-    return exact_hits(see(0), see(1), see(2), hn::Load(d, scale_z_ + first));
+    // Of rays that hit, whose corners are seen within twice the longest side; see `LeafRay::possible`.
+    const double side = leaf.side * 1.01;
+    return exact_hits(see(0), see(1), see(2), hn::Load(d, scale_z_ + first), hn::Set(d, sign_limit_),
+                      hn::Set(d, 0x1p-13 * 2 * side * side));
   }
 
   /// Calls `many(first, asked)` for runs of rays that are asked for, and `one(ray)` for those that can't go with
@@ -58,6 +62,12 @@ class ExactFan {
       one(block * kBlockRays + static_cast<std::size_t>(std::countr_zero(left)));
   }
 
+  HWY_INLINE void enqueue(std::size_t ray, const Leaf& leaf, std::size_t i) {
+    const bool regular = !(irregular_[ray / kBlockRays] >> ray % kBlockRays & 1);
+    queue_.add(static_cast<std::uint32_t>(ray), rays_[ray], regular ? picture_.axes : RayAxes::of(rays_[ray].direction),
+               leaf, i);
+  }
+
   HWY_INLINE std::optional<float> test_alone(std::size_t ray, const Leaf& leaf, std::size_t i) const {
     return intersect_triangle(TriangleRay(rays_[ray]), leaf.corner(i, 0), leaf.corner(i, 1), leaf.corner(i, 2));
   }
@@ -70,6 +80,9 @@ class ExactFan {
 
   const Picture& picture_;
   const std::span<const Ray> rays_;
+  /// Corners and origins are within 2M of each other, so corners are seen within 4M, where |shear| ≤ 1.
+  const double sign_limit_;
+  ExactQueue queue_;
   alignas(64) double shear_x_[kFanRays], shear_y_[kFanRays], scale_z_[kFanRays];
   std::uint32_t irregular_[kBlocks];
 };
@@ -103,14 +116,26 @@ class ClosestFan : public ExactFan {
   HWY_INLINE void test(std::size_t block, std::uint32_t possible, const Leaf& leaf, std::size_t i, Counter tally) {
     deal(
         block, possible, [&](std::size_t first, std::uint32_t asked) HWY_ATTR { many(first, asked, leaf, i, tally); },
-        [&](std::size_t ray) HWY_ATTR { one(ray, leaf, i, tally); });
+        [&](std::size_t ray) HWY_ATTR { test_one(ray, leaf, i, tally); });
+  }
+
+  template <typename Counter>
+  HWY_INLINE void test_one(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
+    enqueue(ray, leaf, i);
+    if (queue_.full()) flush(tally);
+  }
+
+  template <typename Counter>
+  HWY_INLINE void flush(Counter tally) {
+    queue_.empty(tally, [&](std::uint32_t ray, float t, std::uint32_t triangle) HWY_ATTR { lower(ray, t, triangle); });
   }
 
   void finish() const {
-    for (std::size_t i = 0; i < hits_.size(); ++i) {
-      const Hit found{best_t_[i], object_, best_triangle_[i]};
-      if (found.t < rays_[i].t_max && found < hits_[i]) hits_[i] = found;
-    }
+    for (std::size_t block = 0; block < kBlocks; ++block)
+      for (std::uint32_t left = found_[block]; left != 0; left &= left - 1) {
+        const std::size_t ray = block * kBlockRays + static_cast<std::size_t>(std::countr_zero(left));
+        hits_[ray] = {best_t_[ray], object_, best_triangle_[ray]};
+      }
   }
 
  private:
@@ -137,22 +162,24 @@ class ClosestFan : public ExactFan {
       hn::BlendedStore(found.t, mask, f, best_t_ + first);
       hn::BlendedStore(hn::Set(u, triangle), hn::RebindMask(u, mask), u, best_triangle_ + first);
       hn::BlendedStore(hn::Mul(found.t, hn::Load(f, per_t_ + first)), mask, f, fan_.limit + first);
-      fan_.update_farthest(first / kBlockRays);
+      found_[first / kBlockRays] |= hit << first % kBlockRays;
+      fan_.lowered |= 1U << (first / kBlockRays);
     }
-    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1)
-      one(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally);
+    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1) {
+      const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
+      const std::optional<float> t = test_alone(ray, leaf, i);
+      tally.object(t.has_value());
+      if (t) lower(ray, *t, triangle);
+    }
   }
 
-  template <typename Counter>
-  HWY_INLINE void one(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
-    const std::optional<float> t = test_alone(ray, leaf, i);
-    tally.object(t.has_value());
-    const std::uint32_t triangle = leaf.triangle(i);
-    if (!t || *t > best_t_[ray] || (*t == best_t_[ray] && triangle >= best_triangle_[ray])) return;
-    best_t_[ray] = *t;
+  HWY_INLINE void lower(std::size_t ray, float t, std::uint32_t triangle) {
+    if (t > best_t_[ray] || (t == best_t_[ray] && triangle >= best_triangle_[ray])) return;
+    best_t_[ray] = t;
     best_triangle_[ray] = triangle;
-    fan_.limit[ray] = *t * per_t_[ray];
-    fan_.update_farthest(ray / kBlockRays);
+    fan_.limit[ray] = t * per_t_[ray];
+    found_[ray / kBlockRays] |= 1U << ray % kBlockRays;
+    fan_.lowered |= 1U << (ray / kBlockRays);
   }
 
   const std::uint32_t object_;
@@ -161,6 +188,7 @@ class ClosestFan : public ExactFan {
   alignas(64) float best_t_[kFanRays];
   alignas(64) std::uint32_t best_triangle_[kFanRays];
   alignas(64) float per_t_[kFanRays];  ///< Depth for each t, or a little more.
+  std::uint32_t found_[kBlocks] = {};  ///< Rays that hit something less than what they came with: bits.
 };
 
 /// Rays that lead to one point, asking whether anything lies on their way.
@@ -183,7 +211,18 @@ class OccludedFan : public ExactFan {
   HWY_INLINE void test(std::size_t block, std::uint32_t possible, const Leaf& leaf, std::size_t i, Counter tally) {
     deal(
         block, possible, [&](std::size_t first, std::uint32_t asked) HWY_ATTR { many(first, asked, leaf, i, tally); },
-        [&](std::size_t ray) HWY_ATTR { one(ray, leaf, i, tally); });
+        [&](std::size_t ray) HWY_ATTR { test_one(ray, leaf, i, tally); });
+  }
+
+  template <typename Counter>
+  HWY_INLINE void test_one(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
+    enqueue(ray, leaf, i);
+    if (queue_.full()) flush(tally);
+  }
+
+  template <typename Counter>
+  HWY_INLINE void flush(Counter tally) {
+    queue_.empty(tally, [&](std::uint32_t ray, float, std::uint32_t) HWY_ATTR { hide(ray); });
   }
 
  private:
@@ -200,21 +239,18 @@ class OccludedFan : public ExactFan {
     std::uint32_t hit = asked & ~found.uncertain & found.hit & bits_of(f, within);
     count(tally, asked & ~found.uncertain, hit);
     for (; hit != 0; hit &= hit - 1) hide(first + static_cast<std::size_t>(std::countr_zero(hit)));
-    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1)
-      one(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally);
-  }
-
-  template <typename Counter>
-  HWY_INLINE void one(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
-    const bool hit = test_alone(ray, leaf, i).has_value();
-    tally.object(hit);
-    if (hit) hide(ray);
+    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1) {
+      const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
+      const bool alone = test_alone(ray, leaf, i).has_value();
+      tally.object(alone);
+      if (alone) hide(ray);
+    }
   }
 
   HWY_INLINE void hide(std::size_t ray) {
     hidden_[ray] = 1;
     fan_.limit[ray] = -kInfinity;
-    fan_.update_farthest(ray / kBlockRays);
+    fan_.lowered |= 1U << (ray / kBlockRays);
   }
 
   const std::span<std::uint8_t> hidden_;

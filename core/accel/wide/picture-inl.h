@@ -36,6 +36,7 @@ struct Picture {
   RayAxes axes;   ///< The picture's, and depth's.
   float sign;     ///< Of the axis, away from the apex.
   float apex[3];  ///< In the order of x, y, z.
+  float reach;    ///< M.
   float stray;
   std::uint32_t octant;  ///< Of the way that the rays take from the apex, most of them.
 };
@@ -48,15 +49,19 @@ struct FanRays {
   alignas(64) float u[kFanRays], v[kFanRays];
   alignas(64) float limit[kFanRays];  ///< Depth down to which a ray is looked for; −∞ for one that isn't.
   alignas(64) float u_lo[kBlocks], u_hi[kBlocks], v_lo[kBlocks], v_hi[kBlocks];
-  alignas(64) float farthest[kBlocks];  ///< The greatest limit in a block.
-  std::uint32_t irregular[kBlocks];     ///< Rays whose longest axis isn't the picture's depth: bits.
+  alignas(64) float farthest[kBlocks];          ///< The greatest limit in a block.
+  std::uint32_t lowered = (1U << kBlocks) - 1;  ///< Blocks whose `farthest` is out of date: bits.
+  std::uint32_t irregular[kBlocks];             ///< Rays whose longest axis isn't the picture's depth: bits.
 
-  HWY_INLINE void update_farthest(std::size_t block) {
+  HWY_INLINE void update_farthest() {
     const F16 f;
-    auto most = hn::Load(f, limit + block * kBlockRays);
-    for (std::size_t k = kLanes16; k < kBlockRays; k += kLanes16)
-      most = hn::Max(most, hn::Load(f, limit + block * kBlockRays + k));
-    farthest[block] = hn::GetLane(hn::MaxOfLanes(f, most));
+    for (; lowered != 0; lowered &= lowered - 1) {
+      const auto block = static_cast<std::size_t>(std::countr_zero(lowered));
+      auto most = hn::Load(f, limit + block * kBlockRays);
+      for (std::size_t k = kLanes16; k < kBlockRays; k += kLanes16)
+        most = hn::Max(most, hn::Load(f, limit + block * kBlockRays + k));
+      farthest[block] = hn::GetLane(hn::MaxOfLanes(f, most));
+    }
   }
 };
 
@@ -118,6 +123,7 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
   for (int axis = 0; axis < 3; ++axis)
     reach = std::max(reach, std::abs(apex[axis] - frame.center[axis]) + frame.half[axis]);
   if (!hn::AllTrue(f, fits) || !(reach >= kLeastReach && reach <= kMostReach)) return std::nullopt;
+  out.reach = reach;
   out.stray = 16 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach;
   return out;
 }

@@ -73,13 +73,14 @@ class CullBundle {
 
   /// Each number's least and greatest value.
   static std::pair<Ray, Ray> range(std::span<const Ray> rays) {
-    using Numbers = std::array<float, 8>;
-    Numbers lo = std::bit_cast<Numbers>(rays[0]), hi = lo;
+    using Four = float __attribute__((vector_size(16)));  // the compiler's own vectors, as in `CullRay`
+    using Numbers = std::array<Four, 2>;
+    auto lo = std::bit_cast<Numbers>(rays[0]), hi = lo;
     for (const Ray& ray : rays.subspan(1)) {
       const auto at = std::bit_cast<Numbers>(ray);
       for (std::size_t k = 0; k < at.size(); ++k) {
-        lo[k] = std::min(lo[k], at[k]);
-        hi[k] = std::max(hi[k], at[k]);
+        lo[k] = at[k] < lo[k] ? at[k] : lo[k];
+        hi[k] = at[k] > hi[k] ? at[k] : hi[k];
       }
     }
     return {std::bit_cast<Ray>(lo), std::bit_cast<Ray>(hi)};

@@ -4,67 +4,73 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/accel/accel.h"
-#include "core/accel/index.h"
 #include "core/bounds/cull_bundle.h"
 
 namespace tessera {
 
-/// A batch of rays that is searched object by object. Of each object, the rays that may hit it are picked, by
+/// A batch of rays that is searched object by object. Of each object the rays that may hit it are picked, by
 /// neighbours, and taken to its own space; what is found is put back. An answer is a `Hit`, or 1 for a ray that is
-/// hidden.
+/// hidden. Memory is kept from batch to batch.
 template <typename Answer>
 class RayBatch {
  public:
-  /// Precondition: all rays are traceable. `reach` and `placed` as for `cull_pad`.
-  RayBatch(std::span<const Ray> rays, std::span<Answer> answers, const Aabb& reach, Transform::Error placed)
-      : rays_(rays), answers_(answers), reach_(reach), placed_(placed) {
-    bundles_.reserve((rays.size() + kBundle - 1) / kBundle);
+  /// `reach` and `placed` as for `cull_pad`.
+  RayBatch(const Aabb& reach, Transform::Error placed) : reach_(reach), placed_(placed) {}
+
+  /// Begins with rays that have no answers yet. Precondition: all are traceable, and there are some.
+  void start(std::span<const Ray> rays, std::span<Answer> answers) {
+    rays_ = rays;
+    answers_ = answers;
+    is_answered_ = false;
+    bundles_.clear();
     for (std::size_t first = 0; first < rays.size(); first += kBundle)
-      bundles_.emplace_back(rays.subspan(first, bundle_size(first)), reach, placed);
+      bundles_.emplace_back(rays.subspan(first, bundle_size(first)), reach_, placed_);
   }
 
-  /// Puts objects in the order in which the batch's middle ray meets their boxes.
-  void sort(std::span<std::uint32_t> objects, std::span<const Aabb> boxes) {
+  /// Objects in the order in which the batch's middle ray meets their boxes.
+  std::span<const std::uint32_t> near_to_far(std::span<const std::uint32_t> objects, std::span<const Aabb> boxes) {
     const CullRay middle(rays_[rays_.size() / 2], reach_, placed_);
+    by_entry_.clear();
+    for (const std::uint32_t object : objects) by_entry_.emplace_back(middle.clip(boxes[object]).lo, object);
+    std::ranges::sort(by_entry_);
     order_.clear();
-    for (const std::uint32_t object : objects) order_.emplace_back(middle.clip(boxes[object]).lo, object);
-    std::ranges::sort(order_);
-    std::ranges::transform(order_, objects.begin(), [](const auto& entry) { return entry.second; });
+    for (const auto& [entry, object] : by_entry_) order_.push_back(object);
+    return order_;
   }
 
   /// Picks the rays that may hit what lies in `box` before what they have hit; false if there are none. With
   /// `only_traceable`, without those that the placement makes untraceable.
   template <typename Counter>
   bool pick(const Aabb& box, const std::optional<Transform>& placement, bool only_traceable, Counter tally) {
-    picked_.clear();
-    local_.clear();
+    entered_.clear();
     for (std::size_t first = 0; first < rays_.size(); first += kBundle) {
       const std::size_t size = bundle_size(first);
       const bool misses = bundles_[first / kBundle].misses(box, limit(answers_.subspan(first, size)));
       tally.volumes(size, misses ? 0 : size);
-      if (misses) continue;
-      for (std::size_t i = first; i < first + size; ++i) {
-        if (is_settled(answers_[i])) continue;
-        Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];
-        if (placement && only_traceable && !is_traceable(ray)) continue;
-        ray.t_max = std::min(ray.t_max, just_beyond(answers_[i]));
-        picked_.push_back(static_cast<std::uint32_t>(i));
-        local_.push_back(ray);
-      }
+      if (!misses) entered_.push_back(first);
     }
+    is_whole_ = !placement && !is_answered_ && entered_.size() == bundles_.size();
+    if (is_whole_) return true;
+    picked_.clear();
+    local_.clear();
+    for (const std::size_t first : entered_) pick_from(first, placement, only_traceable);
     found_.assign(picked_.size(), Answer());
     return !picked_.empty();
   }
 
-  /// The picked rays in their object's space, ending where they can't find anything better; and room for their
-  /// answers, without any yet.
-  std::span<const Ray> rays() const { return local_; }
-  std::span<Answer> answers() { return found_; }
+  /// The picked rays in their object's space, ending where they can't find anything better.
+  std::span<const Ray> rays() const { return is_whole_ ? rays_ : local_; }
+
+  /// Room for what is found by them.
+  std::span<Answer> found() { return is_whole_ ? answers_ : found_; }
 
   void put_back() {
+    is_answered_ = true;
+    if (is_whole_) return;
     for (std::size_t i = 0; i < picked_.size(); ++i) better(answers_[picked_[i]], found_[i]);
   }
 
@@ -73,6 +79,17 @@ class RayBatch {
 
   std::size_t bundle_size(std::size_t first) const { return std::min(kBundle, rays_.size() - first); }
 
+  void pick_from(std::size_t first, const std::optional<Transform>& placement, bool only_traceable) {
+    for (std::size_t i = first; i < first + bundle_size(first); ++i) {
+      if (is_settled(answers_[i])) continue;
+      Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];
+      if (placement && only_traceable && !is_traceable(ray)) continue;
+      ray.t_max = std::min(ray.t_max, just_beyond(answers_[i]));
+      picked_.push_back(static_cast<std::uint32_t>(i));
+      local_.push_back(ray);
+    }
+  }
+
   /// The greatest t that any of some rays looks for.
   static float limit(std::span<const Hit> hits) {
     float most = 0;
@@ -80,11 +97,11 @@ class RayBatch {
     return most;
   }
   static float limit(std::span<const std::uint8_t> hidden) {
-    return std::ranges::find(hidden, 0) == hidden.end() ? kStop : kInfinity;
+    return std::ranges::find(hidden, 0) == hidden.end() ? -kInfinity : kInfinity;
   }
 
   /// The open end of what a ray still looks for: at the hit's own t, a lesser object's wins.
-  static float just_beyond(const Hit& hit) { return std::nextafter(hit.t, kInfinity); }
+  static float just_beyond(const Hit& hit) { return hit.t < kInfinity ? std::nextafter(hit.t, kInfinity) : kInfinity; }
   static float just_beyond(std::uint8_t) { return kInfinity; }
 
   /// Whether nothing can be found that would change the answer.
@@ -94,13 +111,17 @@ class RayBatch {
   static void better(Hit& hit, const Hit& found) { hit = std::min(hit, found); }
   static void better(std::uint8_t& hidden, std::uint8_t found) { hidden |= found; }
 
-  std::span<const Ray> rays_;
-  std::span<Answer> answers_;
   Aabb reach_;
   Transform::Error placed_;
+  std::span<const Ray> rays_;
+  std::span<Answer> answers_;
+  bool is_answered_ = false;  ///< Any object has been searched.
   std::vector<CullBundle> bundles_;
-  std::vector<std::pair<float, std::uint32_t>> order_;
+  std::vector<std::pair<float, std::uint32_t>> by_entry_;
+  std::vector<std::uint32_t> order_;
   // Of the object at hand.
+  bool is_whole_ = false;             ///< All rays are picked as they are, and have no answers: nothing is copied.
+  std::vector<std::size_t> entered_;  ///< Bundles' first rays.
   std::vector<std::uint32_t> picked_;
   std::vector<Ray> local_;
   std::vector<Answer> found_;

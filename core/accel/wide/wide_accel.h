@@ -6,6 +6,7 @@
 
 #include "core/accel/accel.h"
 #include "core/accel/bound_tree.h"
+#include "core/accel/wide/ray_batch.h"
 #include "core/accel/wide/wide_kernels.h"
 #include "core/accel/wide/wide_tree.h"
 #include "core/bounds/box_bound.h"
@@ -36,12 +37,14 @@ class WideAccel final : public Accel {
   /// Whether a mesh in the world's own space is all there is: then nothing has to be picked.
   bool is_lone_mesh() const;
 
-  // A batch, object by object; up to `kFanRays` of a fan. Precondition: all rays are traceable.
-  void closest_by_object(std::span<const Ray> rays, std::span<Hit> hits, std::span<const std::uint32_t> objects,
-                         bool is_fan, TraceLog log) const;
-  void occluded_by_object(std::span<const Ray> rays, std::span<std::uint8_t> hidden, std::optional<Vec3> apex,
-                          TraceLog log) const;
-  /// Of an object's rays in its own space.
+  void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among, bool is_fan) const;
+  void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log,
+                std::optional<Vec3> apex) const;
+  /// Picks the rays that may hit an object, if any, and says so to the log.
+  template <typename Answer>
+  bool pick(std::uint32_t object, RayBatch<Answer>& batch, TraceLog log) const;
+
+  // One object, whose rays are in its own space and have no answers yet; for a mesh they are traceable.
   void closest_on(std::uint32_t object, bool is_fan, std::span<const Ray> rays, std::span<Hit> hits,
                   TestCounts* counts) const;
   void occluded_on(std::uint32_t object, std::optional<Vec3> apex, std::span<const Ray> rays,

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
+#include <span>
+#include <string>
 
 #include "core/io/display_curve.h"
 #include "core/io/heat_color.h"
+#include "core/io/oiio/write_with_oiio.h"
+#include "core/io/png_file.h"
 
 namespace tessera {
 namespace {
@@ -77,68 +78,44 @@ std::vector<std::uint8_t> display_rgb(const Pixels& p, Plane plane) {
   return out;
 }
 
-/// Channels side by side in memory, each of 32 bits: what OpenImageIO takes for files of mixed channel types.
-class Channels {
+/// Planes of 32-bit values, whose pixels are to be put together.
+class Planes {
  public:
-  explicit Channels(std::size_t pixels) : pixels_(pixels) {}
-
   template <typename T>
-  void add(std::vector<std::string> names, OIIO::TypeDesc type, const std::vector<T>& plane) {
+  void add(std::vector<std::string> names, ChannelType type, const std::vector<T>& plane) {
     static_assert(sizeof(T) % 4 == 0);
-    planes_.push_back({reinterpret_cast<const std::byte*>(plane.data()), sizeof(T)});
-    for (std::string& name : names) {
-      names_.push_back(std::move(name));
-      types_.push_back(type);
-    }
+    planes_.push_back({std::as_bytes(std::span(plane)), sizeof(T)});
+    for (std::string& name : names) channels_.push_back({std::move(name), type});
   }
 
-  OIIO::ImageSpec spec(std::int32_t width, std::int32_t height) const {
-    OIIO::ImageSpec spec(width, height, static_cast<int>(names_.size()), OIIO::TypeDesc::FLOAT);
-    spec.channelnames = names_;
-    if (std::ranges::count(types_, types_[0]) == std::ssize(types_))
-      spec.set_format(types_[0]);
-    else
-      spec.channelformats = types_;
-    const auto channel = [&](const char* name) {
-      const auto found = std::ranges::find(names_, name);
-      return found == names_.end() ? -1 : static_cast<int>(found - names_.begin());
-    };
-    spec.alpha_channel = channel("A");
-    spec.z_channel = channel("Z");
-    return spec;
-  }
+  const std::vector<Channel>& channels() const { return channels_; }
 
-  Bytes interleaved() const {
+  Bytes interleaved(std::size_t pixels) const {
     std::size_t stride = 0;
-    for (const auto& plane : planes_) stride += plane.size;
-    Bytes out(stride * pixels_);
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < pixels_; ++i)
-      for (const auto& plane : planes_) {
-        std::copy_n(plane.data + i * plane.size, plane.size, out.data() + at);
-        at += plane.size;
-      }
+    for (const PlaneView& plane : planes_) stride += plane.pixel_bytes;
+    Bytes out(stride * pixels);
+    std::byte* at = out.data();
+    for (std::size_t i = 0; i < pixels; ++i)
+      for (const PlaneView& plane : planes_)
+        at = std::ranges::copy(plane.values.subspan(i * plane.pixel_bytes, plane.pixel_bytes), at).out;
     return out;
   }
 
  private:
   struct PlaneView {
-    const std::byte* data;
-    std::size_t size;
+    std::span<const std::byte> values;
+    std::size_t pixel_bytes;
   };
-  std::size_t pixels_;
+  std::vector<Channel> channels_;
   std::vector<PlaneView> planes_;
-  std::vector<std::string> names_;
-  std::vector<OIIO::TypeDesc> types_;
 };
 
-std::optional<Bytes> write(const char* name, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* data) {
-  std::vector<unsigned char> buffer;
-  OIIO::Filesystem::IOVecOutput memory(buffer);
-  const auto out = OIIO::ImageOutput::create(name, &memory);
-  if (!out || !out->open(name, spec) || !out->write_image(type, data) || !out->close()) return std::nullopt;
-  const auto* first = reinterpret_cast<const std::byte*>(buffer.data());
-  return Bytes(first, first + buffer.size());
+std::vector<Channel> rgb_channels(ChannelType type) { return {{"R", type}, {"G", type}, {"B", type}}; }
+
+/// The one place that decides what writes a format. A PNG is what nearly every job asks for, and libpng is there at
+/// once; the rest is OpenImageIO's.
+std::optional<Bytes> write(ImageFormat format, const Raster& raster) {
+  return format == ImageFormat::png ? write_png(raster) : write_with_oiio(format, raster);
 }
 
 bool has(const Pixels& p, Plane plane) {
@@ -162,65 +139,56 @@ bool has(const Pixels& p, Plane plane) {
   return false;
 }
 
-std::optional<Bytes> encode_display(const Pixels& p, Plane plane, const char* name,
+std::optional<Bytes> encode_display(const Pixels& p, Plane plane, ImageFormat format,
                                     const std::vector<std::uint8_t>* alpha) {
-  std::vector<std::uint8_t> rgb = display_rgb(p, plane);
-  OIIO::ImageSpec spec(p.rect.width(), p.rect.height(), alpha ? 4 : 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  if (std::string_view(name).ends_with("jpg")) {
-    spec.attribute("CompressionQuality", 95);
-  } else {
-    // Trying every filter on every row and the usual level 6 cost three to five times as much for 5% fewer bytes.
-    constexpr int kNoFilter = 8;  // libpng's PNG_FILTER_NONE
-    spec.attribute("png:filter", kNoFilter);
-    spec.attribute("png:compressionLevel", 3);
-  }
-  if (!alpha) return write(name, spec, OIIO::TypeDesc::UINT8, rgb.data());
+  if (plane == Plane::all) return std::nullopt;
+  const std::vector<std::uint8_t> rgb = display_rgb(p, plane);
+  Raster raster{p.rect.width(), p.rect.height(), rgb_channels(ChannelType::byte), std::as_bytes(std::span(rgb))};
+  if (!alpha) return write(format, raster);
   std::vector<std::uint8_t> rgba;
   rgba.reserve(alpha->size() * 4);
   for (std::size_t i = 0; i < alpha->size(); ++i)
     rgba.insert(rgba.end(),
                 {rgb[i * 3], rgb[i * 3 + 1], rgb[i * 3 + 2], static_cast<std::uint8_t>((*alpha)[i] ? 255 : 0)});
-  return write(name, spec, OIIO::TypeDesc::UINT8, rgba.data());
+  raster.channels.push_back({"A", ChannelType::byte});
+  raster.values = std::as_bytes(std::span(rgba));
+  return write(format, raster);
 }
 
 std::optional<Bytes> encode_exr(const Pixels& p, Plane plane, const std::vector<std::uint8_t>* done) {
   const auto wanted = [&](Plane one) { return (plane == one || plane == Plane::all) && has(p, one); };
-  Channels channels(p.color.size());
+  Planes planes;
   std::vector<float> alpha;
-  if (wanted(Plane::color)) channels.add({"R", "G", "B"}, OIIO::TypeDesc::FLOAT, p.color);
+  if (wanted(Plane::color)) planes.add({"R", "G", "B"}, ChannelType::real, p.color);
   if (done) {
     alpha.assign(done->begin(), done->end());
-    channels.add({"A"}, OIIO::TypeDesc::FLOAT, alpha);
+    planes.add({"A"}, ChannelType::real, alpha);
   }
-  if (wanted(Plane::depth)) channels.add({"Z"}, OIIO::TypeDesc::FLOAT, p.depth);
-  if (wanted(Plane::normal)) channels.add({"N.X", "N.Y", "N.Z"}, OIIO::TypeDesc::FLOAT, p.normal);
-  if (wanted(Plane::primitive_id)) channels.add({"primitiveId"}, OIIO::TypeDesc::UINT, p.primitive_id);
-  if (wanted(Plane::object_id)) channels.add({"objectId"}, OIIO::TypeDesc::UINT, p.object_id);
-  if (wanted(Plane::cost_volumes)) channels.add({"cost.volumes"}, OIIO::TypeDesc::FLOAT, p.cost_volumes);
-  if (wanted(Plane::cost_primitives)) channels.add({"cost.primitives"}, OIIO::TypeDesc::FLOAT, p.cost_primitives);
-  OIIO::ImageSpec spec = channels.spec(p.rect.width(), p.rect.height());
-  spec.attribute("compression", "zip");
-  spec.attribute("DateTime", "1970:01:01 00:00:00");  // else OpenImageIO writes the time: equal pixels, equal bytes
-  spec.attribute("oiio:ColorSpace", "Linear");
-  return write("image.exr", spec, OIIO::TypeDesc::UNKNOWN, channels.interleaved().data());
+  if (wanted(Plane::depth)) planes.add({"Z"}, ChannelType::real, p.depth);
+  if (wanted(Plane::normal)) planes.add({"N.X", "N.Y", "N.Z"}, ChannelType::real, p.normal);
+  if (wanted(Plane::primitive_id)) planes.add({"primitiveId"}, ChannelType::id, p.primitive_id);
+  if (wanted(Plane::object_id)) planes.add({"objectId"}, ChannelType::id, p.object_id);
+  if (wanted(Plane::cost_volumes)) planes.add({"cost.volumes"}, ChannelType::real, p.cost_volumes);
+  if (wanted(Plane::cost_primitives)) planes.add({"cost.primitives"}, ChannelType::real, p.cost_primitives);
+  const Bytes values = planes.interleaved(p.color.size());
+  return write(ImageFormat::exr, {p.rect.width(), p.rect.height(), planes.channels(), values});
 }
 
 std::optional<Bytes> encode_hdr(const Pixels& p, Plane plane) {
-  const auto write_rgb = [&](const void* data) {
-    const OIIO::ImageSpec spec(p.rect.width(), p.rect.height(), 3, OIIO::TypeDesc::FLOAT);
-    return write("image.hdr", spec, OIIO::TypeDesc::FLOAT, data);
+  const auto write_rgb = [&](const auto& values) {
+    return write(ImageFormat::hdr,
+                 {p.rect.width(), p.rect.height(), rgb_channels(ChannelType::real), std::as_bytes(std::span(values))});
   };
   switch (plane) {
     case Plane::color:
-      return write_rgb(p.color.data());
+      return write_rgb(p.color);
     case Plane::normal:
-      return write_rgb(p.normal.data());
+      return write_rgb(p.normal);
     case Plane::cost_volumes:
     case Plane::cost_primitives: {
       std::vector<Rgb> grey;
       for (const float v : costs(p, plane)) grey.push_back({v, v, v});
-      return write_rgb(grey.data());
+      return write_rgb(grey);
     }
     case Plane::depth:
     case Plane::primitive_id:
@@ -236,19 +204,15 @@ std::optional<Bytes> encode_hdr(const Pixels& p, Plane plane) {
 std::optional<Bytes> encode(const Pixels& pixels, Plane plane, ImageFormat format,
                             const std::vector<std::uint8_t>* done) {
   if (!has(pixels, plane)) return std::nullopt;
-  try {
-    switch (format) {
-      case ImageFormat::exr:
-        return encode_exr(pixels, plane, done);
-      case ImageFormat::hdr:
-        return encode_hdr(pixels, plane);
-      case ImageFormat::png:
-        return plane == Plane::all ? std::nullopt : encode_display(pixels, plane, "image.png", done);
-      case ImageFormat::jpeg:
-        return plane == Plane::all ? std::nullopt : encode_display(pixels, plane, "image.jpg", nullptr);
-    }
-  } catch (const std::exception&) {
-    return std::nullopt;
+  switch (format) {
+    case ImageFormat::exr:
+      return encode_exr(pixels, plane, done);
+    case ImageFormat::hdr:
+      return encode_hdr(pixels, plane);
+    case ImageFormat::png:
+      return encode_display(pixels, plane, format, done);
+    case ImageFormat::jpeg:
+      return encode_display(pixels, plane, format, nullptr);
   }
   return std::nullopt;
 }

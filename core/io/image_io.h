@@ -3,20 +3,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/film/film.h"
+#include "core/io/image_format.h"
 
 namespace tessera {
-
-enum class ImageFormat { png, jpeg, exr, hdr };
 
 /// Which plane of the film to encode. `all` writes colour and every recorded AOV as channels of one EXR.
 enum class Plane { color, depth, normal, primitive_id, object_id, cost_volumes, cost_primitives, all };
 
-/// Encodes to memory through OpenImageIO.
+/// Encodes to memory: PNG through libpng, the others through OpenImageIO, which the first of them loads.
 ///
 /// PNG and JPEG hold 8 bits of display values: colour is clamped to 0..1 and given sRGB's transfer curve; depth is
 /// scaled from nearest (white) to farthest (black) finite value; normals map −1..1 to 0..255; ids become distinct
@@ -26,7 +23,7 @@ enum class Plane { color, depth, normal, primitive_id, object_id, cost_volumes, 
 ///
 /// `done`, one byte a pixel, becomes the alpha channel of PNG and EXR where given.
 /// Nothing when the film doesn't hold the plane, when `hdr` is asked for depth, ids or `all`, when PNG
-/// or JPEG is asked for `all`, or when the encoder fails.
+/// or JPEG is asked for `all`, or when the encoder fails. Throws std::runtime_error when OpenImageIO can't be loaded.
 std::optional<std::vector<std::byte>> encode(const Pixels& pixels, Plane plane, ImageFormat format,
                                              const std::vector<std::uint8_t>* done = nullptr);
 

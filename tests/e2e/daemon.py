@@ -42,11 +42,11 @@ class Reply:
 class Daemon:
     """A daemon on a free port, with an empty data folder unless one is given. Use it in a `with`, or call `stop`."""
 
-    def __init__(self, *flags, data_dir=None, env=None):
+    def __init__(self, *flags, data_dir=None, env=None, program=None):
         self.folder = tempfile.mkdtemp(prefix="tessera-e2e-")
         self.data_dir = data_dir or os.path.join(self.folder, "data")
         self._log = open(os.path.join(self.folder, "log"), "w+")
-        command = [os.environ["TESSERAD"], "--port", "0", "--data-dir", self.data_dir, *flags]
+        command = [program or os.environ["TESSERAD"], "--port", "0", "--data-dir", self.data_dir, *flags]
         clean = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
         self.process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=self._log, text=True, env={**clean, **(env or {})}

@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "core/io/heat_color.h"
+#include "core/io/oiio/write_with_oiio.h"
+#include "core/io/png_file.h"
 
 namespace tessera {
 namespace {
@@ -70,6 +72,27 @@ TEST(ImageIo, PngOfAPartialImageIsTransparentWhereNothingIsYet) {
   ASSERT_EQ(bytes.size(), 8U);
   EXPECT_EQ(bytes[3], 255);
   EXPECT_EQ(bytes[7], 0);
+}
+
+TEST(ImageIo, PngIsTheSameImageByEitherLibrary) {
+  constexpr int kWidth = 37, kHeight = 5;
+  for (const std::size_t channels : {3U, 4U}) {
+    // Alpha is all or, for the first pixel and without colour, nothing: OpenImageIO multiplies colours by it.
+    std::vector<std::byte> values(kWidth * kHeight * channels);
+    for (std::size_t i = channels; i < values.size(); ++i)
+      values[i] = static_cast<std::byte>(i % channels == 3 ? 255 : i * i % 251);
+    Raster raster{kWidth, kHeight, {}, values};
+    for (const char* name : {"R", "G", "B", "A"})
+      if (raster.channels.size() < channels) raster.channels.push_back({name, ChannelType::byte});
+    const auto ours = write_png(raster), theirs = write_with_oiio(ImageFormat::png, raster);
+    ASSERT_TRUE(ours && theirs);
+    const Decoded image = decode(*ours, "x.png"), expected = decode(*theirs, "x.png");
+    EXPECT_EQ(image.native, values);
+    EXPECT_EQ(image.native, expected.native);
+    EXPECT_EQ(image.spec.width, kWidth);
+    EXPECT_EQ(image.spec.channelnames, expected.spec.channelnames);
+    EXPECT_EQ(image.spec.get_string_attribute("oiio:ColorSpace"), "sRGB");
+  }
 }
 
 TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {

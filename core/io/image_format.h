@@ -1,0 +1,7 @@
+#pragma once
+
+namespace tessera {
+
+enum class ImageFormat { png, jpeg, exr, hdr };
+
+}  // namespace tessera

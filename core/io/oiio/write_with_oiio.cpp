@@ -1,0 +1,35 @@
+#include "core/io/oiio/write_with_oiio.h"
+
+#include <stdexcept>
+#include <string>
+
+#include <dlfcn.h>
+
+#include "core/io/oiio/oiio_module.h"
+
+namespace tessera {
+namespace {
+
+/// Looked for in lib/tessera beside the program's folder, as its run path says.
+constexpr const char* kModule = "tessera_oiio.so";
+
+[[noreturn]] void fail() { throw std::runtime_error(std::string("OpenImageIO isn't there: ") + dlerror()); }
+
+decltype(&tessera_oiio_write) load() {
+  void* module = dlopen(kModule, RTLD_NOW | RTLD_LOCAL);
+  if (module == nullptr) fail();
+  void* write = dlsym(module, "tessera_oiio_write");
+  if (write == nullptr) fail();
+  return reinterpret_cast<decltype(&tessera_oiio_write)>(write);
+}
+
+}  // namespace
+
+std::optional<std::vector<std::byte>> write_with_oiio(ImageFormat format, const Raster& raster) {
+  static const auto kWrite = load();
+  std::vector<std::byte> file;
+  if (!kWrite(format, raster, file)) return std::nullopt;
+  return file;
+}
+
+}  // namespace tessera

@@ -96,6 +96,7 @@ class Connection {
   HttpResponse receive() {
     http::response_parser<http::string_body> parser;
     parser.body_limit(std::numeric_limits<std::uint64_t>::max());
+    received_.reserve(kPieceBytes);  // Beast reads as much as there is room for, else 512 bytes at a time.
     beast::error_code error;
     while (!parser.is_done()) {
       stream_.expires_after(kIdleTimeout);

@@ -198,6 +198,7 @@ class Session {
     if (beast::iequals(parser.get()[http::field::expect], "100-continue")) co_await send_continue();
 
     std::vector<char> piece(std::min<std::uint64_t>(kPieceBytes, announced.value_or(kPieceBytes)));
+    buffer_.reserve(piece.size());  // Beast reads as much as there is room for, else 512 bytes at a time.
     std::span<const char> received;
     const auto write_to_file = [&] { request.file->write(std::as_bytes(received)); };
     for (std::uint64_t total = 0; !parser.is_done();) {

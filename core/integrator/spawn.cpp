@@ -1,6 +1,9 @@
 #include "core/integrator/spawn.h"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 namespace tessera {
 namespace {
@@ -9,6 +12,16 @@ Vec3d normal_to_world(const Transform& placement, Vec3d local) {
   const Vec3d n = placement.normal_to_world(local);
   const Vec3d scaled = n / max_component(abs(n));
   return scaled / length(scaled);
+}
+
+/// A float that is greater than the finite `x`: `origin`, which is x rounded, or the next one above it. Without
+/// branches, since which way a number was rounded can't be predicted.
+float raised_above(double x, float origin) {
+  const auto bits = std::bit_cast<std::int32_t>(origin);
+  const std::int32_t from = bits == std::numeric_limits<std::int32_t>::min() ? 0 : bits;  // −0 is 0
+  const std::int32_t next = from + (from >> 31 | 1);                                      // down to 0 from below
+  const std::int32_t falls_short = -std::int32_t{origin <= x};
+  return std::bit_cast<float>((next & falls_short) | (bits & ~falls_short));
 }
 
 }  // namespace
@@ -40,8 +53,8 @@ Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward) {
   const Vec3d moved = from.position + n * (2 * dot(abs(n), from.error));
   Vec3 origin = to_float(moved);
   for (int i = 0; i < 3; ++i) {
-    if (n[i] > 0 && origin[i] <= moved[i]) origin[i] = std::nextafter(origin[i], kInfinity);
-    if (n[i] < 0 && origin[i] >= moved[i]) origin[i] = std::nextafter(origin[i], -kInfinity);
+    const float sign = std::copysign(1.0F, static_cast<float>(n[i]));
+    if (n[i] != 0) origin[i] = sign * raised_above(double{sign} * moved[i], sign * origin[i]);
   }
   return origin;
 }

@@ -32,6 +32,8 @@ class WideAccel final : public Accel {
  private:
   const WideTree& tree(std::uint32_t shape) const { return meshes_[shape]; }
   bool is_mesh(const Object& object) const;
+  /// Whether batches go through all objects one by one.
+  bool are_few(bool is_fan) const;
   void closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const;
   bool occluded_by(std::uint32_t object, const Ray& world, TraceLog log) const;
   /// Whether a mesh in the world's own space is all there is: then nothing has to be picked.
@@ -53,7 +55,7 @@ class WideAccel final : public Accel {
   std::shared_ptr<const Scene> scene_;
   const WideKernels& kernels_;
   std::vector<Aabb> boxes_;
-  std::vector<std::uint32_t> few_;  ///< All objects, if they are few enough to go through them one by one.
+  std::vector<std::uint32_t> all_;  ///< Objects' numbers.
   BoundTree<BoxBound> objects_;
   std::vector<WideTree> meshes_;  ///< By shape; empty for what isn't a mesh.
   Transform::Error placed_;

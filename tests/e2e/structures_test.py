@@ -98,7 +98,7 @@ class StructuresTest(unittest.TestCase):
                         yield {**accel, "normals": normals}
 
     def test_everything_of_the_field_is_listed(self):
-        self.assertEqual(list(self.kinds), ["auto", "brute", "bounds", "bvh", "grid", "octree", "kd", "bsp"])
+        self.assertEqual(list(self.kinds), ["auto", "brute", "bounds", "bvh", "grid", "octree", "kd", "bsp", "wide"])
         for kind in ("bounds", "bvh"):
             self.assertEqual(self.kinds[kind]["bound"]["values"], ["box", "sphere", "slabs", "hull"])
             self.assertEqual(set(self.kinds[kind]["space"]["values"]), {"object", "world"})
@@ -132,7 +132,7 @@ class StructuresTest(unittest.TestCase):
 
     def test_counts_are_evidence_and_leave_the_image_alone(self):
         tests = {}
-        for kind in ("brute", "bounds", "bvh", "grid", "octree", "kd", "bsp"):
+        for kind in ("brute", "bounds", "bvh", "grid", "octree", "kd", "bsp", "wide"):
             plain = self.render({"accel": {"kind": kind}})
             counted = self.render({"accel": {"kind": kind}, "count_tests": True})
             images = [self.get(f"/v1/jobs/{job}/image?format=exr").body for job in (plain, counted)]

@@ -14,13 +14,10 @@ struct Image {
   RayCounts rays;
 };
 
-/// Renders a whole image on `threads` threads that take tiles as they come.
-inline Image render_image(std::shared_ptr<const Scene> scene, const Camera& camera, const Settings& settings,
-                          int threads = 1) {
-  Plan plan = make_plan(*scene, camera, settings);
-  std::shared_ptr<const Accel> accel = make_accel(scene, plan.accel);
-  const RenderContext context{scene, accel, settings, std::move(plan),
-                              CameraRays(camera, settings.width, settings.height)};
+/// Renders a whole image, with a structure over the scene, on `threads` threads that take tiles as they come.
+inline Image render_image(std::shared_ptr<const Scene> scene, std::shared_ptr<const Accel> accel, const Plan& plan,
+                          const Camera& camera, const Settings& settings, int threads = 1) {
+  const RenderContext context{scene, accel, settings, plan, CameraRays(camera, settings.width, settings.height)};
   std::vector<PixelRect> rects;
   for (const Tile& tile : context.plan.tiling.tiles) rects.push_back(tile.rect);
   Film film(settings.width, settings.height, settings.aovs, rects);
@@ -40,6 +37,13 @@ inline Image render_image(std::shared_ptr<const Scene> scene, const Camera& came
   RayCounts rays;
   for (const RayCounts& c : counts) rays += c;
   return {film.pixels(), rays};
+}
+
+/// With the structure that the plan settles on.
+inline Image render_image(std::shared_ptr<const Scene> scene, const Camera& camera, const Settings& settings,
+                          int threads = 1) {
+  const Plan plan = make_plan(*scene, camera, settings);
+  return render_image(scene, make_accel(scene, plan.accel), plan, camera, settings, threads);
 }
 
 /// Byte for byte, NaN and −0 included.

@@ -11,6 +11,11 @@
 
 namespace tessera {
 
+/// How GoogleTest tells hits.
+inline void PrintTo(const Hit& hit, std::ostream* out) {
+  *out << "t " << hit.t << ", object " << hit.object << ", primitive " << hit.primitive;
+}
+
 /// A ray and what brute force makes of it.
 struct KnownRay {
   Ray ray;

@@ -23,7 +23,7 @@ AccelEstimate of(const std::vector<AccelEstimate>& estimates, AccelKind kind) {
 
 TEST(AccelCosts, TellEveryKindAndBoundOnceTheCheapestFirst) {
   const auto estimates = estimate_accels(*spheres(100), 1e5);
-  EXPECT_EQ(estimates.size(), 13U) << "brute, grid, octree, kd, bsp; lists and hierarchies of four bounds";
+  EXPECT_EQ(estimates.size(), 14U) << "brute, grid, octree, kd, bsp, wide; lists and hierarchies of four bounds";
   EXPECT_TRUE(std::ranges::is_sorted(estimates, {}, &AccelEstimate::total_seconds));
   for (const AccelEstimate& e : estimates) {
     EXPECT_GE(e.build_seconds, 0);
@@ -35,7 +35,7 @@ TEST(AccelCosts, GrowWithWhatIsBuiltAndTraced) {
   const auto few = estimate_accels(*spheres(100), 1e5), many = estimate_accels(*spheres(1000), 1e5),
              rays = estimate_accels(*spheres(100), 2e5);
   for (const AccelKind kind : {AccelKind::brute, AccelKind::bounds, AccelKind::bvh, AccelKind::grid, AccelKind::octree,
-                               AccelKind::kd, AccelKind::bsp}) {
+                               AccelKind::kd, AccelKind::bsp, AccelKind::wide}) {
     EXPECT_GT(of(many, kind).trace_seconds, of(few, kind).trace_seconds);
     EXPECT_NEAR(of(rays, kind).trace_seconds, 2 * of(few, kind).trace_seconds, 1e-9);
     EXPECT_EQ(of(rays, kind).build_seconds, of(few, kind).build_seconds);
@@ -81,7 +81,7 @@ TEST(AccelCosts, LetTheNumberOfRaysDecide) {
   EXPECT_EQ(make_plan(*scene, mixed_camera(), one).accel.kind, AccelKind::brute);
   const Plan plan = make_plan(*scene, mixed_camera(), {});
   EXPECT_EQ(plan.accel.kind, AccelKind::bvh);
-  EXPECT_EQ(plan.candidates.size(), 13U);
+  EXPECT_EQ(plan.candidates.size(), 14U);
   EXPECT_NE(plan.accel_because.find("20480 primitives"), std::string::npos) << plan.accel_because;
 }
 

@@ -65,7 +65,7 @@ struct JobOrder {
 struct StructureUse {
   AccelOptions options;
   AccelStats stats;
-  double build_seconds;  ///< Of whoever built it.
+  double build_seconds;  ///< Of whoever built it, with all that has been made since.
   bool shared;           ///< Another job had it built.
 };
 
@@ -86,7 +86,7 @@ struct JobView {
   std::string error;                          ///< Why it failed; empty otherwise.
   std::shared_ptr<const PlanReport> plan;     ///< Once it has been made.
   std::shared_ptr<const ObjectMarks> tested;  ///< Together with the plan: the objects that rays have been tested with.
-  std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one.
+  std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one; anew at completion.
   std::shared_ptr<const Film> film;           ///< Once it renders, and as long as the job isn't deleted.
   std::shared_ptr<const Progress> progress;
 };

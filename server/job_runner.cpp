@@ -1,6 +1,7 @@
 #include "server/job_runner.h"
 
 #include <atomic>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,12 +12,31 @@ namespace tessera::server {
 
 /// A job's work in progress: owned by the units of work that are still to be done, so gone when there are none.
 struct JobRunner::Run {
+  explicit Run(StructureCache& cache) : structures(cache) {}
+  Run(const Run&) = delete;
+  ~Run() {
+    try {
+      if (structure) structures.recount(scene_hash, *structure);
+    } catch (const std::bad_alloc&) {  // The next job with this structure has it counted.
+    }
+  }
+
+  /// The structure as it is by now.
+  std::optional<StructureUse> structure_use() const {
+    if (!structure) return std::nullopt;
+    const AccelStats stats = structure->accel->stats();
+    return StructureUse{structure->options, stats, structure->build_seconds + stats.mesh_seconds, shares_structure};
+  }
+
+  StructureCache& structures;
   JobTable::Admitted job;
   proto::ContentHash scene_hash;
   std::shared_ptr<const Scene> scene;
   Camera camera;
   Settings settings;
-  std::unique_ptr<RenderContext> context;  ///< Made by `prepare`, complete and constant from `render` on.
+  std::unique_ptr<RenderContext> context;      ///< Made by `prepare`, complete and constant from `render` on.
+  std::shared_ptr<const Structure> structure;  ///< Null where none is needed.
+  bool shares_structure = false;               ///< Another job had it built.
   std::shared_ptr<Film> film;
   std::atomic<std::size_t> tiles_left{0};
 };
@@ -34,7 +54,7 @@ void JobRunner::guard(const Run& run, Step step) {
 
 void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
                       const Camera& camera) {
-  auto run = std::make_shared<Run>();
+  auto run = std::make_shared<Run>(structures_);
   run->job = job;
   run->scene_hash = order.scene_hash;
   run->scene = std::move(scene);
@@ -54,7 +74,7 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
   const auto tested = std::make_shared<ObjectMarks>(run->scene->objects.size());
   run->context->tested = tested;
   if (!jobs_.set_plan(run->job.id, plan, tested)) return;
-  if (!plan->needs_structure) return render(run, std::nullopt);
+  if (!plan->needs_structure) return render(run);
 
   const auto traced = [this, run](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
     guard(*run, [&] {
@@ -62,13 +82,15 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
       // Another job may have parsed the same document to another object, which the structure knows nothing of.
       run->context->scene = structure->scene;
       run->context->accel = structure->accel;
-      render(run, StructureUse{structure->options, structure->stats, structure->build_seconds, shared});
+      run->structure = std::move(structure);
+      run->shares_structure = shared;
+      render(run);
     });
   };
   structures_.get_or_build(run->scene_hash, run->scene, plan->accel, traced);
 }
 
-void JobRunner::render(const std::shared_ptr<Run>& run, std::optional<StructureUse> structure) {
+void JobRunner::render(const std::shared_ptr<Run>& run) {
   // Of a job that ended while it was prepared, the table has given the film's memory to others.
   if (!jobs_.is_unfinished(run->job.id)) return;
   std::vector<PixelRect> tiles;
@@ -76,7 +98,7 @@ void JobRunner::render(const std::shared_ptr<Run>& run, std::optional<StructureU
   const std::size_t count = tiles.size();
   run->film = std::make_shared<Film>(run->settings.width, run->settings.height, run->settings.aovs, std::move(tiles));
   run->tiles_left = count;
-  if (!jobs_.start_rendering(run->job.id, structure, run->film)) return;
+  if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
   scheduler_.submit(
       count, [this, run](std::size_t i) { guard(*run, [&] { render_one_tile(*run, i); }); }, run->job.stop);
 }
@@ -87,7 +109,7 @@ void JobRunner::render_one_tile(Run& run, std::size_t index) {
   run.film->store(index, tile->pixels);
   run.job.progress->add_tile(tile->rays, tile->tests,
                              static_cast<std::uint64_t>(tile->pixels.rect.area()) * run.settings.samples);
-  if (--run.tiles_left == 0) jobs_.complete(run.job.id);
+  if (--run.tiles_left == 0) jobs_.complete(run.job.id, run.structure_use());
 }
 
 }  // namespace tessera::server

@@ -2,7 +2,6 @@
 
 #include <exception>
 #include <memory>
-#include <optional>
 
 #include "core/scene/scene.h"
 #include "server/job_table.h"
@@ -28,7 +27,7 @@ class JobRunner {
   struct Run;
 
   void prepare(const std::shared_ptr<Run>& run);
-  void render(const std::shared_ptr<Run>& run, std::optional<StructureUse> structure);
+  void render(const std::shared_ptr<Run>& run);
   void render_one_tile(Run& run, std::size_t index);
   /// Runs a step of a job; an exception fails the job.
   template <typename Step>

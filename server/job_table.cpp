@@ -151,11 +151,13 @@ bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse
   return change_state(*job, JobState::rendering);
 }
 
-bool JobTable::complete(const std::string& id) {
+bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure) {
   FilmPtr dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
-  return job && end(*job, JobState::completed, dropped);
+  if (!job) return false;
+  if (structure) job->view.structure = structure;
+  return end(*job, JobState::completed, dropped);
 }
 
 bool JobTable::fail(const std::string& id, const std::string& why) {

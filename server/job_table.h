@@ -49,7 +49,8 @@ class JobTable {
   bool set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
                 std::shared_ptr<const ObjectMarks> tested);
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
-  bool complete(const std::string& id);
+  /// `structure` is what it has come to be by the end.
+  bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt);
   bool fail(const std::string& id, const std::string& why);
 
   /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays.

@@ -6,19 +6,30 @@
 #include "core/accel/accel_table.h"
 
 namespace tessera::server {
+namespace {
+
+std::string key_of(const std::string& scene_hash, const AccelOptions& options) {
+  return scene_hash + ' ' + describe(options);
+}
+
+std::uint64_t bytes_of(const Structure& structure) {
+  return structure.accel->stats().bytes + memory_bytes(*structure.scene);
+}
+
+}  // namespace
 
 std::shared_ptr<const Structure> StructureCache::build(const std::shared_ptr<const Scene>& scene,
                                                        const AccelOptions& options) const {
   const auto start = std::chrono::steady_clock::now();
   std::shared_ptr<const Accel> accel = make_(scene, options);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  const AccelStats stats = accel->stats();
-  return std::make_shared<const Structure>(Structure{std::move(accel), scene, options, stats, seconds.count()});
+  const double at_once = seconds.count() - accel->stats().mesh_seconds;
+  return std::make_shared<const Structure>(Structure{std::move(accel), scene, options, at_once});
 }
 
 void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
                                   const AccelOptions& options, Done done) {
-  const std::string key = scene_hash + ' ' + describe(options);
+  const std::string key = key_of(scene_hash, options);
   {
     std::unique_lock lock(mutex_);
     if (auto structure = cache_.find(key)) {
@@ -37,15 +48,26 @@ void StructureCache::get_or_build(const std::string& scene_hash, const std::shar
     error = std::current_exception();
   }
 
+  const std::uint64_t bytes = structure ? bytes_of(*structure) : 0;
   std::vector<Done> others;
   std::list<std::shared_ptr<const Structure>> evicted;
   {
     const std::lock_guard lock(mutex_);
     others = std::move(waiting_.extract(key).mapped());
-    if (structure) cache_.put(key, structure, structure->stats.bytes + memory_bytes(*scene), evicted);
+    if (structure) cache_.put(key, structure, bytes, evicted);
   }
   done(structure, false, error);
   for (const Done& other : others) other(structure, true, error);
+}
+
+void StructureCache::recount(const std::string& scene_hash, const Structure& structure) {
+  const std::string key = key_of(scene_hash, structure.options);
+  const std::uint64_t bytes = bytes_of(structure);
+  std::list<std::shared_ptr<const Structure>> evicted;
+  const std::lock_guard lock(mutex_);
+  // It may be gone, and another one be in its place.
+  if (const auto cached = cache_.find(key); cached && cached->get() == &structure)
+    cache_.put(key, *cached, bytes, evicted);
 }
 
 }  // namespace tessera::server

@@ -14,13 +14,13 @@
 
 namespace tessera::server {
 
-/// A structure that has been built, and what that took.
+/// A structure that has been made. Some of what it consists of may be made later, when rays come to need it: its
+/// `stats()` tell what there is by now.
 struct Structure {
   std::shared_ptr<const Accel> accel;
   std::shared_ptr<const Scene> scene;  ///< That it was built over: rendered with it, and with no other.
   AccelOptions options;
-  AccelStats stats;
-  double build_seconds;
+  double build_seconds;  ///< Of what was made at once, but for the meshes that `AccelStats` tells of.
 };
 
 /// Structures by scene and options, each built once however many jobs ask for it at the same moment. Who asks while
@@ -40,6 +40,9 @@ class StructureCache {
   /// the next one tries again. `done` doesn't throw.
   void get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
                     const AccelOptions& options, Done done);
+
+  /// Counts anew what a structure takes, which may have grown while it was traced: to be called whenever that ends.
+  void recount(const std::string& scene_hash, const Structure& structure);
 
  private:
   std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, const AccelOptions& options) const;

@@ -23,12 +23,18 @@ struct Hit {
   auto operator<=>(const Hit&) const = default;
 };
 
-/// What a structure is made of.
+/// What a structure is made of, by now.
 struct AccelStats {
   std::uint64_t bytes = 0;
   std::uint64_t nodes = 0;
   std::uint64_t leaves = 0;
   std::uint32_t depth = 0;
+
+  // Of a structure that leaves each mesh alone until a ray comes to it; zeros for others.
+  std::uint64_t meshes = 0;
+  std::uint64_t meshes_ready = 0;   ///< Those that a ray has come to,
+  std::uint64_t meshes_loaded = 0;  ///< and of them those whose part was on disk.
+  double mesh_seconds = 0;          ///< What making them ready took, all together.
 };
 
 /// What tracing leaves behind beside its answer. What is null isn't recorded, and costs nothing.

@@ -80,6 +80,13 @@ void choose_accel(Plan& plan, const Scene& scene, const Settings& settings) {
                                  : "nothing else promises clearly less than a hierarchy of boxes";
 }
 
+/// Meshes that are left alone until a ray comes to them: all but one that is all there is.
+std::uint64_t meshes_on_demand(const Plan& plan, const Scene& scene) {
+  if (plan.accel.kind != AccelKind::wide || (scene.objects.size() == 1 && !scene.objects[0].placement)) return 0;
+  return static_cast<std::uint64_t>(std::ranges::count_if(
+      scene.shapes, [](const Shape& shape) { return std::holds_alternative<TriangleMesh>(shape); }));
+}
+
 void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
   const auto skip = [&](const char* what, std::uint64_t count, const char* because) {
     if (count > 0) plan.skips.push_back({what, because, count});
@@ -91,6 +98,9 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
   skip("objects", scene.objects.size() - plan.tiling.objects_on_screen,
        "objects off the screen: no first-level ray tests them where a tile has a list of its own");
   skip("structure", needs_structure(plan) ? 0 : 1, "nothing projects onto the screen: no structure is built");
+  skip("meshes", meshes_on_demand(plan, scene),
+       "meshes that may be left out: each is built when a ray enters the box of one of its objects, and never if none "
+       "does");
   skip("shadow_rays", std::ranges::any_of(scene.lights, casts_shadows) ? 0 : 1, "the feature: no light casts shadows");
   skip("reflection_rays", any_material(scene, [](const Material& m) { return !m.reflect.is_black(); }) ? 0 : 1,
        "the feature: no material in use reflects");

@@ -71,7 +71,16 @@ json structure_json(const std::optional<StructureUse>& use) {
           {"nodes", use->stats.nodes},
           {"leaves", use->stats.leaves},
           {"depth", use->stats.depth},
+          {"meshes", use->stats.meshes},
+          {"meshes_built", use->stats.meshes_ready - use->stats.meshes_loaded},
+          {"meshes_loaded", use->stats.meshes_loaded},
           {"shared", use->shared}};
+}
+
+/// Meshes that no ray has come to; nothing as long as there may be more rays.
+json meshes_never_built(const JobView& job) {
+  if (job.state != proto::JobState::completed || !job.structure) return nullptr;
+  return job.structure->stats.meshes - job.structure->stats.meshes_ready;
 }
 
 /// `part` by `whole`; nothing where there is no whole.
@@ -126,7 +135,8 @@ json stats_json(const JobView& job, unsigned threads) {
       {"skipped",
        {{"tiles", job.plan ? job.plan->tiles_empty : 0},
         {"camera_rays", rays.camera_skipped},
-        {"objects_never_tested", job.tested ? job.tested->unmarked() : 0}}},
+        {"objects_never_tested", job.tested ? job.tested->unmarked() : 0},
+        {"meshes_never_built", meshes_never_built(job)}}},
       {"timing",
        {{"queued", or_null(lasted(times.queued, times.preparing, last))},
         {"preparing", or_null(lasted(times.preparing, times.rendering, last))},

@@ -62,6 +62,9 @@ class RayBatch {
     return !picked_.empty();
   }
 
+  /// All rays, in the world's space.
+  std::span<const Ray> world_rays() const { return rays_; }
+
   /// The picked rays in their object's space, ending where they can't find anything better.
   std::span<const Ray> rays() const { return is_whole_ ? rays_ : local_; }
 

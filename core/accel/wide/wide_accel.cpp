@@ -31,11 +31,14 @@ constexpr std::size_t kLeastStream = 256;
 
 }  // namespace
 
-WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const WideKernels& kernels)
+WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const WideKernels& kernels,
+                     MakeTree make)
     : scene_(std::move(scene)),
       kernels_(kernels),
       boxes_(world_bounds(*scene_)),
-      objects_(ObjectItems(*scene_, options), BoxBound(), options) {
+      objects_(ObjectItems(*scene_, options), BoxBound(), options),
+      make_(std::move(make)),
+      meshes_(scene_->shapes.size()) {
   for (const Object& object : scene_->objects)
     if (object.placement) {
       const Transform::Error e = object.placement->error();
@@ -43,13 +46,21 @@ WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& opt
     }
   all_.resize(boxes_.size());
   std::iota(all_.begin(), all_.end(), 0);
-  for (const Shape& shape : scene_->shapes) {
-    const auto* mesh = std::get_if<TriangleMesh>(&shape);
-    meshes_.push_back(mesh ? build_wide(*mesh) : WideTree());
-  }
+  // What rays are sure to come to is better made by whoever waits for the structure.
+  if (is_lone_mesh()) tree(scene_->objects[0].shape);
+}
+
+MadeTree WideAccel::build_tree(const TriangleMesh& mesh) { return {build_wide(mesh)}; }
+
+bool WideAccel::pass_by(std::uint32_t object, std::span<const Ray> rays) const {
+  const Object& o = scene_->objects[object];
+  return is_mesh(o) && !meshes_[o.shape].ready() && std::ranges::all_of(rays, [&](const Ray& ray) {
+           return CullRay(ray, objects_.root(), placed_).misses(boxes_[object], ray.t_min, ray.t_max);
+         });
 }
 
 void WideAccel::closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const {
+  if (pass_by(object, {&world, 1})) return;
   const Object& o = scene_->objects[object];
   const Ray ray = o.placement ? o.placement->to_local(world) : world;
   const Shape& shape = scene_->shapes[o.shape];
@@ -65,6 +76,7 @@ void WideAccel::closest_in(std::uint32_t object, const Ray& world, Hit& best, Tr
 }
 
 bool WideAccel::occluded_by(std::uint32_t object, const Ray& world, TraceLog log) const {
+  if (pass_by(object, {&world, 1})) return false;
   const Object& o = scene_->objects[object];
   const Ray ray = o.placement ? o.placement->to_local(world) : world;
   const Shape& shape = scene_->shapes[o.shape];
@@ -182,6 +194,8 @@ template <typename Answer>
 bool WideAccel::pick(std::uint32_t object, RayBatch<Answer>& batch, TraceLog log) const {
   const Object& o = scene_->objects[object];
   const bool any = counted(log, [&](auto tally) { return batch.pick(boxes_[object], o.placement, is_mesh(o), tally); });
+  // Bundles of rays may seem to enter a box that none of them does.
+  if (any && pass_by(object, batch.world_rays())) return false;
   if (any && log.tested) log.tested->mark(object);
   return any;
 }
@@ -250,13 +264,20 @@ bool WideAccel::is_lone_mesh() const {
 AccelStats WideAccel::stats() const {
   AccelStats sum = objects_.stats();
   std::uint32_t deepest = 0;
-  for (const WideTree& mesh : meshes_) {
-    sum.bytes += mesh.stats.bytes;
-    sum.nodes += mesh.stats.nodes;
-    sum.leaves += mesh.stats.leaves;
-    deepest = std::max(deepest, mesh.stats.depth);
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    sum.meshes += std::holds_alternative<TriangleMesh>(scene_->shapes[i]);
+    const LazyTree::Ready* ready = meshes_[i].ready();
+    if (!ready) continue;
+    const AccelStats& mesh = ready->made.tree.stats;
+    sum.bytes += mesh.bytes;
+    sum.nodes += mesh.nodes;
+    sum.leaves += mesh.leaves;
+    deepest = std::max(deepest, mesh.depth);
+    ++sum.meshes_ready;
+    sum.meshes_loaded += ready->made.was_kept;
+    sum.mesh_seconds += ready->seconds;
   }
-  sum.bytes += boxes_.size() * sizeof(Aabb);
+  sum.bytes += boxes_.size() * sizeof(Aabb) + meshes_.size() * sizeof(LazyTree);
   sum.depth += deepest;
   return sum;
 }

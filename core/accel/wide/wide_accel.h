@@ -1,11 +1,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "core/accel/accel.h"
 #include "core/accel/bound_tree.h"
+#include "core/accel/wide/lazy_tree.h"
 #include "core/accel/wide/ray_batch.h"
 #include "core/accel/wide/wide_kernels.h"
 #include "core/accel/wide/wide_tree.h"
@@ -14,11 +14,12 @@
 namespace tessera {
 
 /// The structure for speed: a wide hierarchy over each mesh, searched by kernels for this machine's instruction set,
-/// and a binary one over the objects.
+/// and a binary one over the objects. A mesh gets its hierarchy when the first ray enters the box of an object that it
+/// is the shape of; if that fails, whatever the ray was traced by throws.
 class WideAccel final : public Accel {
  public:
   WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options,
-            const WideKernels& kernels = wide_kernels());
+            const WideKernels& kernels = wide_kernels(), MakeTree make = build_tree);
 
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override;
   bool occluded(const Ray& ray, TraceLog log) const override;
@@ -30,10 +31,16 @@ class WideAccel final : public Accel {
   AccelStats stats() const override;
 
  private:
-  const WideTree& tree(std::uint32_t shape) const { return meshes_[shape]; }
+  static MadeTree build_tree(const TriangleMesh& mesh);
+
+  const WideTree& tree(std::uint32_t shape) const {
+    return meshes_[shape].get(std::get<TriangleMesh>(scene_->shapes[shape]), make_);
+  }
   bool is_mesh(const Object& object) const;
   /// Whether batches go through all objects one by one.
   bool are_few(bool is_fan) const;
+  /// Whether nothing has been made yet for the object's mesh, and these rays need nothing: none enters its box.
+  bool pass_by(std::uint32_t object, std::span<const Ray> rays) const;
   void closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const;
   bool occluded_by(std::uint32_t object, const Ray& world, TraceLog log) const;
   /// Whether a mesh in the world's own space is all there is: then nothing has to be picked.
@@ -57,7 +64,8 @@ class WideAccel final : public Accel {
   std::vector<Aabb> boxes_;
   std::vector<std::uint32_t> all_;  ///< Objects' numbers.
   BoundTree<BoxBound> objects_;
-  std::vector<WideTree> meshes_;  ///< By shape; empty for what isn't a mesh.
+  const MakeTree make_;
+  std::vector<LazyTree> meshes_;  ///< By shape; never asked for where that isn't a mesh.
   Transform::Error placed_;
 };
 

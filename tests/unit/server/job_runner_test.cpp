@@ -6,7 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/accel/wide/wide_accel.h"
+#include "core/accel/wide/wide_build.h"
 #include "core/scene/frame_scene.h"
+#include "tests/support/meshes.h"
 
 namespace tessera::server {
 namespace {
@@ -111,6 +114,34 @@ TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
   EXPECT_EQ(failed.error, "a tile broke");
   make_ = make_accel;
   EXPECT_EQ(ended(start(frame_scene(*scene_), AccelKind::bvh)).state, JobState::completed);
+}
+
+TEST_F(JobRunnerTest, BuildsTheMeshesThatRaysComeTo) {
+  auto scene = std::make_shared<Scene>(*scene_);
+  for (const float z : {0.0F, 99.0F}) {  // The second one is behind the camera.
+    scene->shapes.emplace_back(icosphere(2, 1, {3, 0, z}));
+    scene->objects.push_back({static_cast<std::uint32_t>(scene->objects.size()), 0, std::nullopt});
+  }
+  scene_ = scene;
+  bool fails = true;
+  make_ = [&](std::shared_ptr<const Scene> over, const AccelOptions& options) {
+    return std::make_unique<const WideAccel>(std::move(over), options, wide_kernels(), [&](const TriangleMesh& mesh) {
+      if (fails) throw std::runtime_error("no mesh today");
+      return MadeTree{build_wide(mesh)};
+    });
+  };
+  const Camera camera = PerspectiveCamera{View{{0, 0, 9}, {0, 0, 0}}};
+  const JobView failed = ended(start(camera, AccelKind::wide));
+  EXPECT_EQ(failed.state, JobState::failed);
+  EXPECT_EQ(failed.error, "no mesh today");
+  fails = false;
+  const JobView job = ended(start(camera, AccelKind::wide));
+  ASSERT_EQ(job.state, JobState::completed) << job.error;
+  EXPECT_TRUE(job.structure->shared) << "only the mesh was missing";
+  EXPECT_EQ(job.structure->stats.meshes, 2U);
+  EXPECT_EQ(job.structure->stats.meshes_ready, 1U);
+  EXPECT_GT(job.structure->stats.mesh_seconds, 0);
+  EXPECT_GT(job.structure->build_seconds, job.structure->stats.mesh_seconds);
 }
 
 TEST_F(JobRunnerTest, BuildsNothingWhereNothingProjects) {

@@ -48,7 +48,7 @@ TEST(StructureCache, KeepsOneForEachSceneAndKind) {
   EXPECT_EQ(first.structure->options.kind, AccelKind::bvh);
   EXPECT_EQ(first.structure->scene, scene);
   EXPECT_EQ(ask(cache, "a", scene_of_spheres(10)).structure->scene, scene);
-  EXPECT_GT(first.structure->stats.bytes, 0U);
+  EXPECT_GT(first.structure->accel->stats().bytes, 0U);
   EXPECT_FALSE(ask(cache, "a", scene, AccelKind::brute).shared);
   EXPECT_FALSE(ask(cache, "b", scene).shared);
 }
@@ -126,6 +126,38 @@ TEST(StructureCache, AFailureIsToldAndNotKept) {
   EXPECT_TRUE(failed.error);
   EXPECT_FALSE(failed.structure);
   EXPECT_TRUE(ask(cache, "a", scene).structure);
+}
+
+TEST(StructureCache, CountsWhatHasGrown) {
+  struct Growing : Accel {
+    explicit Growing(const std::uint64_t& size) : size_(size) {}
+    std::optional<Hit> closest(const Ray&, TraceLog) const override { return std::nullopt; }
+    bool occluded(const Ray&, TraceLog) const override { return false; }
+    std::optional<Hit> closest_among(const Ray&, std::span<const std::uint32_t>, TraceLog) const override {
+      return std::nullopt;
+    }
+    AccelStats stats() const override { return {.bytes = size_}; }
+    const std::uint64_t& size_;
+  };
+  std::uint64_t bytes = 100'000;
+  StructureCache cache(1'000'000, [&](std::shared_ptr<const Scene>, const AccelOptions&) {
+    return std::make_unique<const Growing>(bytes);
+  });
+  const auto scene = scene_of_spheres(1);
+  const auto grown = ask(cache, "grown", scene).structure;
+  ask(cache, "other", scene);
+  bytes = 500'000;
+  cache.recount("grown", *grown);
+  EXPECT_TRUE(ask(cache, "other", scene).shared) << "there is room for both";
+  bytes = 950'000;
+  cache.recount("grown", *grown);
+  EXPECT_TRUE(ask(cache, "grown", scene).shared);
+  bytes = 100'000;
+  EXPECT_FALSE(ask(cache, "other", scene).shared) << "it had to go";
+  EXPECT_FALSE(ask(cache, "grown", scene).shared) << "and now this, which is counted as it was";
+  cache.recount("grown", *grown);
+  EXPECT_TRUE(ask(cache, "grown", scene).shared);
+  EXPECT_NE(ask(cache, "grown", scene).structure, grown) << "what has gone doesn't come back";
 }
 
 }  // namespace

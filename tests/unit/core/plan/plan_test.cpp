@@ -45,6 +45,16 @@ TEST(Plan, SaysWhatItSkips) {
   EXPECT_FALSE(mixed.contains("refraction_rays"));
 }
 
+TEST(Plan, SaysThatMeshesMayBeLeftOut) {
+  Settings settings;
+  settings.accel.kind = AccelKind::wide;
+  EXPECT_EQ(skips(make_plan(*mixed_scene(), mixed_camera(), settings)).at("meshes"), 1U);
+  const auto alone = SceneBuilder().add(icosphere(2)).build();
+  EXPECT_FALSE(skips(make_plan(*alone, mixed_camera(), settings)).contains("meshes")) << "it is built at once";
+  settings.accel.kind = AccelKind::bvh;
+  EXPECT_FALSE(skips(make_plan(*mixed_scene(), mixed_camera(), settings)).contains("meshes"));
+}
+
 TEST(Plan, NeedsNoStructureWhereNothingProjects) {
   const auto behind = SceneBuilder().add(Sphere{{0, 0, 50}, 1}).light(AmbientLight{}).build();
   const Plan plan = make_plan(*behind, mixed_camera(), {});

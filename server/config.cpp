@@ -30,6 +30,7 @@ std::filesystem::path default_data_dir() {
 struct Paths {
   std::string data_dir = default_data_dir().string();
   std::string asset_root;
+  std::string structure_dir;
 };
 
 void declare_flags(CLI::App& app, Config& config, Paths& paths) {
@@ -58,6 +59,9 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   size("--max-film-memory", config.max_film_memory, "Images of all jobs together");
   size("--scene-cache", config.scene_cache, "Parsed scenes to keep");
   size("--structure-cache", config.structure_cache, "Built structures to keep");
+  flag("--structure-dir", paths.structure_dir,
+       "Folder where hierarchies of meshes are kept for the next start, and for other daemons; none without it");
+  size("--max-structure-dir", config.max_structure_dir, "Files in that folder together; the longest unused go");
   flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image");
   flag("--max-samples", config.documents.max_samples, "Most samples of an image");
   size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene");
@@ -94,6 +98,7 @@ std::variant<Config, int> parse_config(int argc, const char* const* argv) {
   if (config.threads == 0) config.threads = std::max(1U, std::thread::hardware_concurrency());
   config.data_dir = paths.data_dir;
   if (!paths.asset_root.empty()) config.asset_root = paths.asset_root;
+  if (!paths.structure_dir.empty()) config.structure_dir = paths.structure_dir;
   return config;
 }
 

@@ -28,6 +28,8 @@ struct Config {
   std::uint64_t max_film_memory = 4ULL << 30;  ///< Of the images of all jobs that haven't been deleted.
   std::uint64_t scene_cache = 2ULL << 30;      ///< Parsed scenes kept for the next job.
   std::uint64_t structure_cache = 4ULL << 30;  ///< Built structures kept for the next job.
+  std::optional<std::filesystem::path> structure_dir;  ///< Where they are kept for the next start, if anywhere,
+  std::uint64_t max_structure_dir = 16ULL << 30;       ///< and how much of them.
   proto::Limits documents;
 
   bool print_routes = false;  ///< Print the table of routes and leave.

@@ -4,7 +4,10 @@
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <boost/asio/as_tuple.hpp>
@@ -18,6 +21,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "core/accel/wide/wide_accel.h"
+#include "core/math/float_environment.h"
 #include "server/blob_store.h"
 #include "server/data_folder.h"
 #include "server/job_runner.h"
@@ -27,6 +32,7 @@
 #include "server/scheduler.h"
 #include "server/services.h"
 #include "server/structure_cache.h"
+#include "server/wide_store.h"
 
 namespace tessera::server {
 namespace asio = boost::asio;
@@ -40,13 +46,31 @@ constexpr unsigned kWorkers = 2;
 constexpr std::chrono::milliseconds kPatience{2000};
 constexpr std::chrono::milliseconds kLookAgain{5};
 
+std::optional<WideStore> open_wide_store(const Config& config) {
+  if (!config.structure_dir) return std::nullopt;
+  return std::optional<WideStore>(std::in_place, *config.structure_dir, config.max_structure_dir);
+}
+
+/// Makes structures whose meshes come from `store`, where there is one. Kinds but `wide` have nothing there.
+StructureCache::Make make_from(const std::optional<WideStore>& store) {
+  if (!store) return make_accel;
+  return [&store = *store](std::shared_ptr<const Scene> scene,
+                           const AccelOptions& options) -> std::unique_ptr<const Accel> {
+    if (options.kind != AccelKind::wide) return make_accel(std::move(scene), options);
+    const StrictFloats strict;
+    return std::make_unique<const WideAccel>(std::move(scene), options, wide_kernels(),
+                                             [&store](const TriangleMesh& mesh) { return store.get(mesh); });
+  };
+}
+
 /// Everything behind the sockets, wired together.
 struct Backend {
   explicit Backend(const Config& config)
       : folder(config.data_dir),
         blobs(folder.blobs(), config.asset_root),
         scenes(folder.scenes(), blobs, config.documents, config.scene_cache),
-        structures(config.structure_cache),
+        wide_store(open_wide_store(config)),
+        structures(config.structure_cache, make_from(wide_store)),
         jobs({config.max_jobs, config.max_ended_jobs, config.max_film_memory}),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
@@ -55,6 +79,7 @@ struct Backend {
   DataFolder folder;
   BlobStore blobs;
   SceneStore scenes;
+  std::optional<WideStore> wide_store;
   StructureCache structures;
   JobTable jobs;
   Scheduler scheduler;

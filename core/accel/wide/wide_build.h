@@ -7,6 +7,9 @@
 
 namespace tessera {
 
+/// Of the layout of a `WideTree`: to be raised whenever that changes, as files outlive programs.
+inline constexpr std::uint32_t kWideVersion = 1;
+
 struct WideBuildOptions {
   /// Most triangles in a leaf, 1 to 8. With 8 large meshes trace fastest, and take 46 bytes a triangle; with 4, 52.
   std::uint32_t leaf_size = 8;

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/accel/wide/lazy_tree.h"
+
+namespace tessera::server {
+
+/// Hierarchies of meshes in files, so that a daemon that starts anew doesn't build them again. Several daemons may
+/// share a folder. A file is named for the mesh and for how it is built, is written whole or not at all, and is read
+/// only if it is whole still: otherwise its mesh is built, and the file replaced. What goes wrong with the disk is
+/// logged, and no more than that. Safe to use from any number of threads.
+class WideStore {
+ public:
+  /// Keeps files of `limit` bytes together in `folder`, which is made if it is missing; the longest unused go. Throws
+  /// std::filesystem::filesystem_error when it can't be made.
+  WideStore(std::filesystem::path folder, std::uint64_t limit);
+
+  /// The hierarchy of a mesh, mapped from its file; or built, and put there. Throws what `build_wide` does.
+  MadeTree get(const TriangleMesh& mesh) const;
+
+ private:
+  void keep(const std::string& key, const WideTree& tree) const;
+  void evict() const;
+
+  const std::filesystem::path folder_;
+  const std::uint64_t limit_;
+};
+
+}  // namespace tessera::server

@@ -76,8 +76,8 @@ class Accel {
   virtual void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {},
                            Candidates among = {}) const;
 
-  /// Rays that all lead to one point, as far as floats allow: shadow rays to a light. Precondition: origin + direction
-  /// is `apex`, each coordinate rounded once, and t_max ≤ 1.
+  /// Rays that all lead to one point, as far as floats allow: shadow rays to a light, whose directions are `apex` −
+  /// origin, each coordinate rounded once, with t_max ≤ 1. Others are answered too, but gain nothing.
   virtual void occluded_fan(Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
                             TraceLog log = {}) const;
 

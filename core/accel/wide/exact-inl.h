@@ -6,6 +6,7 @@
 #define TESSERA_EXACT_INL
 #endif
 
+#include <algorithm>
 #include <bit>
 #include <optional>
 

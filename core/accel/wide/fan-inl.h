@@ -237,11 +237,11 @@ class Fan {
 
   /// A leaf's triangles in the picture.
   ///
-  /// A corner's x/depth is off by (stray/depth)·(1 + |x/depth|) at most; let p be the greatest of that over the corners
-  /// (and what the rays' own u and v are off by, u of themselves, is less). Edge functions of rays that do pass inside
-  /// lie within the triangle's extent l in the picture, so their error is less than 4pl + 4p² for the corners' and 8pl
-  /// for roundings: less than 16p(l + p) together, and that is added to them. A triangle that reaches to the apex, or
-  /// whose winding in the picture isn't certain, is left to the exact routine everywhere in its area.
+  /// Let p be the greatest of (stray/depth)·(1 + |x/depth|) over the corners. A corner is off by 5/16 of that, with
+  /// what the ray's line passes the apex by. Edge functions of rays that do pass inside lie within the triangle's
+  /// extent l in the picture, so their error is less than 2.5pl + 0.8p², and p·l for roundings: 16p(l + p) is far more,
+  /// and is added to them. A triangle that reaches to the apex, or whose winding in the picture isn't certain, is left
+  /// to the exact routine everywhere in its area.
   HWY_INLINE void see(const Leaf& leaf, std::size_t first, SeenTriangles& seen) const {
     const F8 f;
     const auto sign = hn::Set(f, picture_.sign), zero = hn::Zero(f), one = hn::Set(f, 1.0F);

@@ -43,7 +43,8 @@ class ExactFan {
       return SeenCorner{hn::Sub(hn::Sub(at(picture_.axes.x), origin[0]), hn::Mul(hn::Load(d, shear_x_ + first), z)),
                         hn::Sub(hn::Sub(at(picture_.axes.y), origin[1]), hn::Mul(hn::Load(d, shear_y_ + first), z)), z};
     };
-    // Of rays that hit, whose corners are seen within twice the longest side; see `LeafRay::possible`.
+    // Where signs are certain, a lane that is inside is a hit, and its corners are seen within twice the longest side
+    // (`LeafRay::possible`): which is all that its sum is compared with.
     const double side = leaf.side * 1.01;
     return exact_hits(see(0), see(1), see(2), hn::Load(d, scale_z_ + first), hn::Set(d, sign_limit_),
                       hn::Set(d, 0x1p-13 * 2 * side * side));
@@ -68,10 +69,6 @@ class ExactFan {
                leaf, i);
   }
 
-  HWY_INLINE std::optional<float> test_alone(std::size_t ray, const Leaf& leaf, std::size_t i) const {
-    return intersect_triangle(TriangleRay(rays_[ray]), leaf.corner(i, 0), leaf.corner(i, 1), leaf.corner(i, 2));
-  }
-
   template <typename Counter>
   HWY_INLINE static void count(Counter tally, std::uint32_t asked, std::uint32_t hit) {
     if constexpr (Counter::kCounts)
@@ -80,7 +77,8 @@ class ExactFan {
 
   const Picture& picture_;
   const std::span<const Ray> rays_;
-  /// Corners and origins are within 2M of each other, so corners are seen within 4M, where |shear| ≤ 1.
+  /// A weight that is more than this has a certain sign in `crossing` too: corners and origins are within 2M of each
+  /// other, so corners of regular rays, whose |shear| ≤ 1, are seen within 4M.
   const double sign_limit_;
   ExactQueue queue_;
   alignas(64) double shear_x_[kFanRays], shear_y_[kFanRays], scale_z_[kFanRays];
@@ -165,12 +163,8 @@ class ClosestFan : public ExactFan {
       found_[first / kBlockRays] |= hit << first % kBlockRays;
       fan_.lowered |= 1U << (first / kBlockRays);
     }
-    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1) {
-      const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
-      const std::optional<float> t = test_alone(ray, leaf, i);
-      tally.object(t.has_value());
-      if (t) lower(ray, *t, triangle);
-    }
+    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1)
+      test_one(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally);
   }
 
   HWY_INLINE void lower(std::size_t ray, float t, std::uint32_t triangle) {
@@ -239,12 +233,8 @@ class OccludedFan : public ExactFan {
     std::uint32_t hit = asked & ~found.uncertain & found.hit & bits_of(f, within);
     count(tally, asked & ~found.uncertain, hit);
     for (; hit != 0; hit &= hit - 1) hide(first + static_cast<std::size_t>(std::countr_zero(hit)));
-    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1) {
-      const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
-      const bool alone = test_alone(ray, leaf, i).has_value();
-      tally.object(alone);
-      if (alone) hide(ray);
-    }
+    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1)
+      test_one(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally);
   }
 
   HWY_INLINE void hide(std::size_t ray) {

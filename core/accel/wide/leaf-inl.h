@@ -6,7 +6,8 @@
 #define TESSERA_LEAF_INL
 #endif
 
-#include <cstring>
+#include <algorithm>
+#include <optional>
 
 #include <hwy/cache_control.h>
 
@@ -62,16 +63,17 @@ struct LeafRay {
 
   /// The triangles from `first` on, as many as there are lanes, that may be hit at t ≤ limit: bits.
   ///
-  /// A corner, seen from the ray (space being sheared as `TriangleRay` does it), is fl(fl(v − o) − s·z), fused: u·M for
-  /// the difference, u·M for that of z, 2u·M for s, 2u·M for the result, less than e = 8uM. If the ray hits the
-  /// triangle, whose box's longest side is l, corners are seen within 2l of it. A weight, two products of two such, is
-  /// then off by less than 8le + 2e² and its own roundings, 3u(2l + e)²; since l ≤ 2M, all that is less than E = 16e(l
-  /// + e). So the three aren't on both sides of ±E.
+  /// A corner, seen from the ray (space being sheared as `TriangleRay` does it), is v − o − s·z: u·M for the
+  /// difference, u·M for that of z, 2u·M for s, u·M for the product where it isn't fused and 2u·M for the result, less
+  /// than e = 8uM. If the ray hits the triangle, whose box's longest side is l, corners are seen within 2l of it. A
+  /// weight, two products of two such, is then off by less than 8le + 2e² and its own roundings, 4u(2l + e)²; since l ≤
+  /// 2M, all that is less than E = 16e(l + e). So the three aren't on both sides of ±E.
   ///
   /// The hit's t lies between those of the corners' depths, each off by 3uM·i, and its own rounding is uM·i. It is
   /// their mean by the weights: with each weight off by E that is off by less than 3E·(last − first)/|sum|, and where
-  /// |sum| > 8E by 10uM·i for the roundings of sums and quotient; with the corners' own error, less than two pads of
-  /// 8uM·i.
+  /// |sum| > 8E, so that the shares' sizes sum up to 1.5 at most, by 11uM·i for roundings; with the corners' own error
+  /// less than two pads of 8uM·i. Where 1/|sum| overflows, the slack is infinite or NaN, and nothing is ruled out by
+  /// it.
   HWY_INLINE std::uint32_t possible(const Leaf& leaf, std::size_t first, float limit) const {
     const F8 f;
     const float uncertain = 16 * stray * (leaf.side + stray) + static_cast<float>(kDenormalSlack);
@@ -97,7 +99,9 @@ struct LeafRay {
     const auto ta = in_t(a.z), tb = in_t(b.z), tc = in_t(c.z);
     const auto first_t = hn::Min(ta, hn::Min(tb, tc)), last_t = hn::Max(ta, hn::Max(tb, tc));
     const auto sum = hn::Add(wa, hn::Add(wb, wc)), over_sum = hn::Div(hn::Set(f, 1.0F), sum);
-    const auto t = hn::Mul(hn::MulAdd(wa, ta, hn::MulAdd(wb, tb, hn::Mul(wc, tc))), over_sum);
+    // Shares first: products of weights and t would leave a float's range where the mesh is very large or small.
+    const auto share = [&](const hn::Vec<F8>& w) HWY_ATTR { return hn::Mul(w, over_sum); };
+    const auto t = hn::MulAdd(share(wa), ta, hn::MulAdd(share(wb), tb, hn::Mul(share(wc), tc)));
     const auto apart = hn::Mul(hn::Set(f, 8 * uncertain), hn::Sub(last_t, first_t));
     const auto slack = hn::IfThenElse(hn::Gt(hn::Abs(sum), hn::Set(f, 8 * uncertain)),
                                       hn::MulAdd(apart, hn::Abs(over_sum), hn::Set(f, 2 * pad)), hn::Set(f, kInfinity));

@@ -26,10 +26,13 @@ static_assert(kBlocks == 16);
 /// Rasterization: A Bridge between Rasterization and Ray Casting", 2012). The one exact routine decides.
 ///
 /// The picture lies across the axis along which the rays run farthest; depth is along it, away from the apex. With M
-/// the distance from the apex within which everything lies, a float coordinate relative to the apex is off by u·M, and
-/// the rays' lines pass the apex by u·M at most (`Accel::occluded_fan`). |u|, |v| ≤ 4 of rays are rounded, and so are
-/// the quotients that they are compared with, by u·4 and 2u·4, on M/depth ≥ 1. Areas are grown for all that by `stray`,
-/// 16u·M, over the depth.
+/// the distance from the apex within which everything lies, a float coordinate relative to the apex is off by 4.1u·M at
+/// most (a plane's: see `ClipRay`), and the rays' lines pass the apex by 2u·M at most. Areas are grown for that by
+/// `stray`, 16u·M, over the depth; what is left of it covers the roundings of rays' u and v, and of the quotients that
+/// they are compared with, 3u·|u| ≤ 3u·M/depth for what lies in the picture. Depths are grown by `stray` themselves.
+///
+/// Comparisons with NaN are false here and rule out. There is none: M lies within 2^±60, so that depths, multiples of
+/// half an ulp of `stray`, have finite reciprocals or are zero or less, where areas end nowhere.
 struct Picture {
   static constexpr float kWidest = 4;
 
@@ -81,10 +84,9 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
   out.apex[2] = apex[static_cast<int>(out.axes.z)];
   for (std::size_t i = 0; i < kFanRays; ++i) {
     const Ray& ray = rays[std::min(i, rays.size() - 1)];
-    const float* direction = &ray.direction.x;
-    fan.direction[0][i] = direction[out.axes.x];
-    fan.direction[1][i] = direction[out.axes.y];
-    fan.direction[2][i] = direction[out.axes.z];
+    fan.direction[0][i] = ray.direction[static_cast<int>(out.axes.x)];
+    fan.direction[1][i] = ray.direction[static_cast<int>(out.axes.y)];
+    fan.direction[2][i] = ray.direction[static_cast<int>(out.axes.z)];
     fan.t_min[i] = ray.t_min;
   }
 
@@ -122,6 +124,11 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
   float reach = away < 0 ? hn::GetLane(hn::MaxOfLanes(f, longest)) : 0;
   for (int axis = 0; axis < 3; ++axis)
     reach = std::max(reach, std::abs(apex[axis] - frame.center[axis]) + frame.half[axis]);
+  if (away < 0)
+    for (const Ray& ray : rays) {
+      const Vec3d off = to_double(ray.origin) + to_double(ray.direction) - to_double(apex);
+      if (!(max_component(abs(off)) <= 2 * kUnitRoundoff * reach && ray.t_max <= 1)) return std::nullopt;
+    }
   if (!hn::AllTrue(f, fits) || !(reach >= kLeastReach && reach <= kMostReach)) return std::nullopt;
   out.reach = reach;
   out.stray = 16 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach;

@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// Uninitialised memory for objects that need neither constructor nor destructor, from a cache line on. What is never
-/// written to takes no memory. Large arrays ask for huge pages where there are such: rays that go anywhere in a tree
+/// Uninitialised memory for objects that need neither constructor nor destructor, from a cache line on. Pages that are
+/// never written to take no memory. Large arrays ask for huge ones where there are such: rays that go anywhere in a tree
 /// otherwise wait for the page table as often as for the tree.
 template <typename T>
 class RawArray {

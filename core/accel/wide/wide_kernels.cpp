@@ -90,11 +90,12 @@ bool occluded_fan(const WideTree& tree, Vec3 apex, std::span<const Ray> rays, st
   return true;
 }
 
-const WideKernels kKernels{hwy::TargetName(HWY_TARGET), closest, occluded, closest_fan, occluded_fan};
-
 }  // namespace
 
-const WideKernels* kernels() { return &kKernels; }
+const WideKernels* kernels() {
+  static const WideKernels all{hwy::TargetName(HWY_TARGET), closest, occluded, closest_fan, occluded_fan};
+  return &all;
+}
 
 }  // namespace tessera::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -6,9 +6,11 @@
 #define TESSERA_WIDE_RAY_INL
 #endif
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include <hwy/highway.h>
 
@@ -64,10 +66,10 @@ HWY_INLINE hn::Vec<F8> planes(const WideNode& node, std::size_t row, int axis, c
 ///
 /// Let M be the greatest over the axes of the origin's distance from the centre plus half the tree's side, so that
 /// every corner lies within M of the origin; u = 2^-24; i = 1/d. A plane relative to the centre is off by u·M for its
-/// node's origin and 1.1u·M for the fused sum. Its t is fl(plane·i + start), start = fl(fl(−origin·i) ∓ pad): the
-/// origin is off by u·M, i by u·i (on 2M at most), the product by u·M·i, the two sums by u·M·i and 2u·M·i. Together
-/// less than 10u·M·i; with what `cull_pad` covers beside its test of the bound (its items 1 and 2) less than 12u·M·i,
-/// of the 16u·M·i that the pad is.
+/// node's origin, 2u·M for the product where it isn't fused, and 1.1u·M for the sum. Its t is plane·i + start, start =
+/// fl(fl(−origin·i) ∓ pad): the origin is off by u·M, i by u·i (on 2M at most), the products by u·M·i each, the two
+/// sums by u·M·i and 2u·M·i. Together less than 13u·M·i; with what `cull_pad` covers beside its test of the bound (its
+/// items 1 and 2) less than 15u·M·i, of the 16u·M·i that the pad is.
 struct ClipRay {
   ClipRay() = default;
   ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
@@ -149,6 +151,7 @@ struct ChildPlanes {
 /// A node's children from far to near for rays of an octant, three bits each, the farthest lowest: as rays of the
 /// opposite octant meet them. (The byte before an order is the node's too.)
 HWY_INLINE std::uint32_t far_to_near(const WideNode& node, std::uint32_t octant) {
+  static_assert(std::endian::native == std::endian::little);
   std::uint32_t packed;
   std::memcpy(
       &packed,

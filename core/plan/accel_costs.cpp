@@ -67,9 +67,15 @@ Cost cost_of(AccelKind kind, const Level& level, bool of_primitives) {
       return {8 * tree.build, tree.walk * 1.1 + beside_cells};
     case AccelKind::bsp:
       return {50'000 * level.items, tree.walk * 1.2 + beside_cells};
+    case AccelKind::wide:
+      // Triangles are what it is wide over; it is a tree of boxes over objects. A third: rays at large. Whole tiles of
+      // camera and shadow rays cost less, a few rays into each of many small meshes more.
+      if (!of_primitives) break;
+      return {300 * level.items, kSetUp + (tree.walk + beside_boxes) / 3};
     default:
-      return {tree.build, tree.walk + beside_boxes};
+      break;
   }
+  return {tree.build, tree.walk + beside_boxes};
 }
 
 /// How much more than boxes a bound costs to build and to clip, its tighter fit included.

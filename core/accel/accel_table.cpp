@@ -51,8 +51,12 @@ constexpr std::array kTable{
                make_kd},
     AccelEntry{AccelKind::bsp, "bsp", "cells cut by planes of any direction where the SAH says", true, kPlaneOptions,
                make_bsp},
-    AccelEntry{AccelKind::wide, "wide", "an eight-wide SAH hierarchy over each mesh, searched by vector instructions",
-               true, {}, make_wide},
+    AccelEntry{AccelKind::wide,
+               "wide",
+               "an eight-wide SAH hierarchy over each mesh, searched by vector instructions",
+               true,
+               {},
+               make_wide},
 };
 constexpr std::array<string_view, 4> kBoundNames{"box", "sphere", "slabs", "hull"};
 constexpr std::array<string_view, 2> kSpaceNames{"world", "object"};

@@ -55,9 +55,9 @@ struct LeafRay {
     origin[0] = ray.origin[x];
     origin[1] = ray.origin[y];
     origin[2] = ray.origin[z];
-    inverse = clip.inverse[z];
-    shear[0] = ray.direction[x] * inverse;
-    shear[1] = ray.direction[y] * inverse;
+    inverse = 1 / ray.direction[z];
+    shear[0] = ray.direction[x] / ray.direction[z];  // 1/d may be infinite, where d is denormal
+    shear[1] = ray.direction[y] / ray.direction[z];
     pad = clip.stray * std::abs(inverse) + static_cast<float>(kDenormalSlack);
   }
 

@@ -11,14 +11,14 @@
 namespace tessera {
 
 /// Uninitialised memory for objects that need neither constructor nor destructor, from a cache line on. Pages that are
-/// never written to take no memory. Large arrays ask for huge ones where there are such: rays that go anywhere in a tree
-/// otherwise wait for the page table as often as for the tree.
+/// never written to take no memory. Large arrays ask for huge ones where there are such: rays that go anywhere in a
+/// tree otherwise wait for the page table as often as for the tree.
 template <typename T>
 class RawArray {
  public:
   explicit RawArray(std::size_t count) {
     const std::size_t bytes = count * sizeof(T), align = bytes < 2 * kHugePage ? kCacheLine : kHugePage;
-    data_ = {static_cast<T*>(::operator new(bytes, std::align_val_t{align})), Free{align}};
+    data_ = {static_cast<T*>(::operator new (bytes, std::align_val_t{align})), Free{align}};
 #ifdef __linux__
     if (align == kHugePage) madvise(data_.get(), bytes / kHugePage * kHugePage, MADV_HUGEPAGE);  // a wish: it may fail
 #endif
@@ -30,7 +30,7 @@ class RawArray {
   static constexpr std::size_t kCacheLine = 64, kHugePage = std::size_t{2} << 20;
   struct Free {
     std::size_t align = kCacheLine;
-    void operator()(T* data) const { ::operator delete(data, std::align_val_t{align}); }
+    void operator()(T* data) const { ::operator delete (data, std::align_val_t{align}); }
   };
   std::unique_ptr<T, Free> data_;
 };

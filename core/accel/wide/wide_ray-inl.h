@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 
 #include <hwy/highway.h>
 
@@ -70,6 +71,9 @@ HWY_INLINE hn::Vec<F8> planes(const WideNode& node, std::size_t row, int axis, c
 /// fl(fl(−origin·i) ∓ pad): the origin is off by u·M, i by u·i (on 2M at most), the products by u·M·i each, the two
 /// sums by u·M·i and 2u·M·i. Together less than 13u·M·i; with what `cull_pad` covers beside its test of the bound (its
 /// items 1 and 2) less than 15u·M·i, of the 16u·M·i that the pad is.
+///
+/// Where some of these may overflow (|i| is large for rays of hardly any length, which is legal), infinities would have
+/// the wrong sign, and the axis is left out.
 struct ClipRay {
   ClipRay() = default;
   ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
@@ -83,6 +87,12 @@ struct ClipRay {
         8 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach + 8 * static_cast<float>(kDenormalStep);
     for (int axis = 0; axis < 3; ++axis) {
       inverse[axis] = 1 / at_least(least, ray.direction[axis]);
+      if (!(4 * reach * std::abs(inverse[axis]) <= std::numeric_limits<float>::max())) [[unlikely]] {
+        inverse[axis] = 0;
+        near_start[axis] = -kInfinity;
+        far_start[axis] = kInfinity;
+        continue;
+      }
       const float pad = 2 * stray * std::abs(inverse[axis]) + static_cast<float>(kDenormalSlack);
       near_start[axis] = -from[axis] * inverse[axis] - pad;
       far_start[axis] = -from[axis] * inverse[axis] + pad;

@@ -80,7 +80,7 @@ TEST(AccelCosts, LetTheNumberOfRaysDecide) {
   one.width = one.height = 1;
   EXPECT_EQ(make_plan(*scene, mixed_camera(), one).accel.kind, AccelKind::brute);
   const Plan plan = make_plan(*scene, mixed_camera(), {});
-  EXPECT_EQ(plan.accel.kind, AccelKind::bvh);
+  EXPECT_EQ(plan.accel.kind, AccelKind::wide);
   EXPECT_EQ(plan.candidates.size(), 14U);
   EXPECT_NE(plan.accel_because.find("20480 primitives"), std::string::npos) << plan.accel_because;
 }

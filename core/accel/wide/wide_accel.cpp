@@ -21,9 +21,9 @@ bool all_traceable(std::span<const Ray> rays) { return std::ranges::all_of(rays,
 
 /// Objects that fans, and that other batches, go through one by one; of more, each ray looks for its own in the
 /// hierarchy over them. Neighbours in a fan enter the same boxes, those of other batches may not: with 65 meshes, one
-/// by one, a render's fans took 12% less, mirrored rays three times as long; with ten of each, rough mirrors took 15%
-/// longer and smooth ones 15% less.
-constexpr std::size_t kFewForFans = 65, kFewForOthers = 16;
+/// by one, a render's fans took 12% less, mirrored rays three times as long; with ten rough mirrors, one by one, 20%
+/// longer.
+constexpr std::size_t kFewForFans = 65, kFewForOthers = 8;
 
 /// Rays that are worth a kernel's setting up for many at once. In a mesh of 100k triangles rays of all directions took
 /// 375 ns one by one; by 2, 16, 64 and 256 together 2158, 866, 553 and 373 ns each, by 1024 together 268.

@@ -135,7 +135,7 @@ std::vector<NamedScene> scenes() {
           {"an instance of any size", flat.build(), 1},
           {"two of the same", SceneBuilder().add(icosphere(1)).add(icosphere(1)).build(), 2},
           {"mixed", mixed_scene(), 4},
-          {"few", random_scene(3, 9), 10},
+          {"few", random_scene(3, 6), 10},
           {"many", random_scene(7, 60), 10},
           {"empty", SceneBuilder().build(), 1}};
 }

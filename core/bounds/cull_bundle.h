@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <span>
 #include <utility>
 
@@ -75,15 +76,24 @@ class CullBundle {
   static std::pair<Ray, Ray> range(std::span<const Ray> rays) {
     using Four = float __attribute__((vector_size(16)));  // the compiler's own vectors, as in `CullRay`
     using Numbers = std::array<Four, 2>;
-    auto lo = std::bit_cast<Numbers>(rays[0]), hi = lo;
+    static_assert(offsetof(Ray, leaves) == sizeof(Numbers));
+    const auto numbers = [](const Ray& ray) {
+      Numbers out;
+      std::memcpy(&out, &ray, sizeof out);
+      return out;
+    };
+    Numbers lo = numbers(rays[0]), hi = lo;
     for (const Ray& ray : rays.subspan(1)) {
-      const auto at = std::bit_cast<Numbers>(ray);
+      const Numbers at = numbers(ray);
       for (std::size_t k = 0; k < at.size(); ++k) {
         lo[k] = at[k] < lo[k] ? at[k] : lo[k];
         hi[k] = at[k] > hi[k] ? at[k] : hi[k];
       }
     }
-    return {std::bit_cast<Ray>(lo), std::bit_cast<Ray>(hi)};
+    std::pair<Ray, Ray> out;
+    std::memcpy(static_cast<void*>(&out.first), &lo, sizeof lo);
+    std::memcpy(static_cast<void*>(&out.second), &hi, sizeof hi);
+    return out;
   }
 
   float t_min_, t_max_;

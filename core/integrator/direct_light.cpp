@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/integrator/spawn.h"
 #include "core/light/illuminate.h"
 #include "core/material/shade.h"
 
@@ -35,6 +36,7 @@ void DirectLight::add_from(const Light& light, std::span<const LitPoint> points,
     const Rgb lit = shade(*point.material, point.normal, point.to_viewer, in.to_light, in.irradiance);
     if (lit.is_black()) continue;
     rays_.push_back(in.shadow_ray);
+    rays_.back().leaves = left_by(in.shadow_ray.direction, point.flat_normal, point.surface);
     lit_.push_back({lit, point.sum});
   }
   if (rays_.empty() || stop_.stop_requested()) return;

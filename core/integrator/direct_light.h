@@ -15,8 +15,11 @@ namespace tessera {
 /// A point whose light is asked for.
 struct LitPoint {
   const Material* material;
-  Vec3
-      origin;  ///< Of its shadow rays: beside the surface. This and what follows isn't read unless lights cast shadows.
+  /// Of its shadow rays: beside the surface, on the viewer's side. This and what follows isn't read unless lights cast
+  /// shadows.
+  Vec3 origin;
+  PrimitiveId surface;
+  Vec3 flat_normal;   ///< Unit, on the viewer's side.
   Vec3 normal;        ///< Unit, on the viewer's side.
   Vec3 to_viewer;     ///< Unit.
   std::uint32_t sum;  ///< The place of its sum.

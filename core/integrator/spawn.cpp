@@ -59,4 +59,8 @@ Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward) {
   return origin;
 }
 
+PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface) {
+  return dot(direction, normal) > 0 ? surface : kNoPrimitive;
+}
+
 }  // namespace tessera

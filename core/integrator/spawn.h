@@ -14,4 +14,7 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
 /// rounded away from the surface (after Pharr, Jakob & Humphreys, PBRT 4th ed., 6.8.6).
 Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward);
 
+/// What a ray leaves that starts at `spawn_origin` on the side of `normal` (unit), for `Ray::leaves`.
+PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface);
+
 }  // namespace tessera

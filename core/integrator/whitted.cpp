@@ -7,6 +7,13 @@
 #include "core/material/shade.h"
 
 namespace tessera {
+namespace {
+
+Ray leaving(Vec3 origin, Vec3 direction, Vec3 normal, PrimitiveId surface) {
+  return {origin, direction, 0, kInfinity, left_by(direction, normal, surface)};
+}
+
+}  // namespace
 
 Whitted::Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log,
                  std::stop_token stop)
@@ -45,6 +52,8 @@ void Whitted::shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::
   const Vec3 direction = UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   const Shading at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction);
   point.origin = spawn_origin(at.surface, to_double(at.to_viewer));
+  point.surface = {hit.object, hit.primitive};
+  point.flat_normal = at.flat_normal;
   point.normal = at.normal;
   point.to_viewer = at.to_viewer;
   if (spawns) spawn(material, at, point, level);
@@ -56,11 +65,14 @@ void Whitted::spawn(const Material& material, const Shading& at, const LitPoint&
   const float reflected = material.fresnel ? fresnel(direction, at.normal, eta) : 1;
   const float passed = material.fresnel ? 1 - reflected : 1;
   if (!material.reflect.is_black())
-    level.reflected.add({point.origin, mirrored(at)}, material.reflect * reflected, point.sum);
+    level.reflected.add(leaving(point.origin, mirrored(at), at.flat_normal, point.surface),
+                        material.reflect * reflected, point.sum);
   if (!material.transmit.is_black())
-    if (const auto bent = refracted(at, eta))
-      level.refracted.add({spawn_origin(at.surface, to_double(direction)), *bent}, material.transmit * passed,
+    if (const auto bent = refracted(at, eta)) {
+      const Vec3 origin = spawn_origin(at.surface, to_double(direction));
+      level.refracted.add(leaving(origin, *bent, -at.flat_normal, point.surface), material.transmit * passed,
                           point.sum);
+    }
 }
 
 /// Adds what the spawned rays of a batch of depth `depth` bring back.

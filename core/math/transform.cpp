@@ -30,6 +30,18 @@ std::optional<Rows> inverse(const Rows& m) {
   return inv;
 }
 
+/// ‖|A|·|B|‖∞ of the linear parts.
+double product_norm(const auto& a, const auto& b) {
+  double most = 0;
+  for (int i = 0; i < 3; ++i) {
+    double row = 0;
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j) row += std::abs(double{a[i * 4 + k]}) * std::abs(double{b[k * 4 + j]});
+    most = std::max(most, row);
+  }
+  return most;
+}
+
 }  // namespace
 
 std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows) {
@@ -46,6 +58,8 @@ std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows
   const auto traced = inverse(rounded);
   if (!traced) return std::nullopt;
   out.local_to_world_ = *traced;
+  // A direction's rounding is 3u·‖|W|·|L|‖ of its size; a search takes 256u of it for "runs away".
+  out.turns_little_ = product_norm(out.world_to_local_, out.local_to_world_) <= 32;
   return out;
 }
 
@@ -56,7 +70,8 @@ Ray Transform::to_local(const Ray& world) const {
   return {{linear(0, o) + m[3], linear(1, o) + m[7], linear(2, o) + m[11]},
           {linear(0, d), linear(1, d), linear(2, d)},
           world.t_min,
-          world.t_max};
+          world.t_max,
+          turns_little_ ? world.leaves : kNoPrimitive};
 }
 
 Vec3d Transform::point_to_world(Vec3d p) const {

@@ -18,7 +18,8 @@ class Transform {
   /// determinant is within rounding of zero for rows of that size, or the inverse overflows a float.
   static std::optional<Transform> from_rows(const std::array<double, 12>& rows);
 
-  /// The ray seen from object space, with the same `t` for the same point: the direction is not normalised.
+  /// The ray seen from object space, with the same `t` for the same point: the direction is not normalised. What it
+  /// leaves is forgotten where the direction's rounding might turn it back by more than a few roundings.
   Ray to_local(const Ray& world) const;
 
   Vec3d point_to_world(Vec3d local) const;
@@ -42,6 +43,7 @@ class Transform {
   Transform() = default;
   std::array<float, 12> world_to_local_{};
   std::array<double, 12> local_to_world_{};
+  bool turns_little_ = false;  ///< ‖|W|·|L|‖∞ is small.
 };
 
 }  // namespace tessera

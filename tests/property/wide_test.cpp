@@ -6,6 +6,7 @@
 
 #include "core/accel/wide/wide_accel.h"
 #include "core/accel/wide/wide_build.h"
+#include "core/integrator/spawn.h"
 #include "tests/property/closed_meshes.h"
 #include "tests/support/effort.h"
 #include "tests/support/image.h"
@@ -38,9 +39,15 @@ class Case {
   }
 
   void expect_agreement(int sets) {
-    const auto brute = make_accel(SceneBuilder().add(mesh_).build(), {AccelKind::brute});
+    const auto scene = SceneBuilder().add(mesh_).build();
+    const auto brute = make_accel(scene, {AccelKind::brute});
     const WideTree tree = build_wide(mesh_);
-    for (Rays& set : make_rays(sets)) {
+    std::vector<Rays> all = make_rays(sets);
+    for (int i = 0; i < sets && !mesh_.triangles.empty(); ++i) {
+      all.push_back(leaving(*scene, *brute, false));
+      all.push_back(leaving(*scene, *brute, true));
+    }
+    for (Rays& set : all) {
       std::erase_if(set.rays, [](const Ray& ray) { return !is_traceable(ray); });
       for (const Ray& ray : set.rays) {
         set.hits.push_back(brute->closest(ray));
@@ -120,7 +127,7 @@ class Case {
         ASSERT_EQ(hidden[i], before[i] | set.hits[i].has_value()) << way << ", " << tell(set.rays[i]);
     };
     const auto stream = [&](auto rays, auto hidden, TestCounts* counts) {
-      kernels.occluded(tree, rays, hidden, counts);
+      kernels.occluded(tree, kObject, rays, hidden, counts);
     };
     const auto single = [&](auto rays, auto hidden, TestCounts* counts) {
       for (std::size_t i = 0; i < rays.size(); ++i) stream(rays.subspan(i, 1), hidden.subspan(i, 1), counts);
@@ -128,7 +135,8 @@ class Case {
     const auto fan = [&](auto rays, auto hidden, TestCounts* counts) {
       for (std::size_t i = 0; i < rays.size(); i += kFanRays) {
         const std::size_t n = std::min(kFanRays, rays.size() - i);
-        const bool done = kernels.occluded_fan(tree, *set.to, rays.subspan(i, n), hidden.subspan(i, n), counts);
+        const bool done =
+            kernels.occluded_fan(tree, kObject, *set.to, rays.subspan(i, n), hidden.subspan(i, n), counts);
         if (!done) stream(rays.subspan(i, n), hidden.subspan(i, n), counts);
         pictures_ += done;
       }
@@ -258,6 +266,28 @@ class Case {
       const Vec3 origin = i % 2 ? target() : to_float(to_double(about) + random_.in_cube() * spread);
       // Where doubling tells the exact difference from the rounded one, the latter may not lead to the lamp.
       set.rays.push_back({origin, lamp - origin, random_.bits() % 2 ? 0.0F : 1e-4F, random_.bits() % 4 ? 1.0F : 0.5F});
+    }
+    return set;
+  }
+
+  /// Rays that leave what others hit, to anywhere or to a lamp, and some as good as along it. Brute force doesn't know.
+  Rays leaving(const Scene& scene, const Accel& brute, bool to_lamp) {
+    Rays set{to_lamp ? "leaving to a lamp" : "leaving", {}};
+    const Vec3 lamp = place();
+    if (to_lamp) set.to = lamp;
+    for (int i = 0; i < 256; ++i) {
+      Ray first{place(), {}};
+      first.direction = target() - first.origin;
+      const std::optional<Hit> hit = brute.closest(first);
+      if (!hit) continue;
+      const SurfacePoint at = world_surface(scene, 0, hit->primitive, first, hit->t);
+      const Vec3d normal = at.geometric_normal * (random_.bits() % 2 ? 1 : -1);
+      const Vec3 origin = spawn_origin(at, normal);
+      Vec3d way = random_.direction() * size_;
+      if (random_.bits() % 3 == 0) way = cross(normal, way) + normal * (size_ * random_.magnitude(-12, 0));
+      Ray ray{origin, to_lamp ? lamp - origin : to_float(way), 0, to_lamp ? 1 : kInfinity};
+      ray.leaves = left_by(ray.direction, to_float(normal), {kObject, hit->primitive});
+      set.rays.push_back(ray);
     }
     return set;
   }

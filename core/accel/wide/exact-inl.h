@@ -68,77 +68,111 @@ HWY_INLINE ExactHits exact_hits(const SeenCorner& a, const SeenCorner& b, const 
                     hn::Mul(hn::Mul(hn::Set(d, 0x1p-13), across), range));
 }
 
+using D8Whole = hn::Rebind<std::int32_t, D8Float>;
+
+/// Words as doubles, by their places.
+HWY_INLINE hn::Vec<D8> word(const float* words, const hn::Vec<D8Whole>& at) {
+  return hn::PromoteTo(D8(), hn::GatherIndex(D8Float(), words, at));
+}
+
 /// Pairs of a ray and a triangle that culling has left, tested exactly eight at a time.
 class ExactQueue {
  public:
-  static constexpr std::size_t kPairs = 8;
+  ExactQueue(const WideTree& tree, std::span<const Ray> rays)
+      : rays_(rays),
+        ray_words_(&rays.data()->origin.x),
+        words_(reinterpret_cast<const float*>(tree.leaves.data())),
+        leaves_(tree.leaves.data()) {}
 
   bool full() const { return count_ == kPairs; }
 
-  /// Precondition: not full. Ray and leaf stay where they are until the queue is emptied.
-  HWY_INLINE void add(std::uint32_t number, const Ray& ray, RayAxes axes, const Leaf& leaf, std::size_t i) {
-    const std::uint32_t order[3] = {axes.x, axes.y, axes.z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t k = 0; k < 3; ++k) corner_[k][axis][count_] = leaf.rows[(3 * k + order[axis]) * leaf.count + i];
-      origin_[axis][count_] = ray.origin[static_cast<int>(order[axis])];
-      direction_[axis][count_] = ray.direction[static_cast<int>(order[axis])];
-    }
-    number_[count_] = number;
-    triangle_[count_] = leaf.triangle(i);
-    ray_[count_] = &ray;
-    leaf_[count_] = leaf;
-    in_leaf_[count_] = i;
+  /// Ray `ray` against triangle i of a leaf. Precondition: not full.
+  HWY_INLINE void add(std::size_t ray, RayAxes axes, const Leaf& leaf, std::size_t i) {
+    add_at(ray, axes, static_cast<std::int32_t>(static_cast<std::size_t>(leaf.rows - words_) + i),
+           static_cast<std::int32_t>(leaf.count));
+  }
+
+  /// The same, for a triangle whose corner a.x stands at word `corner` of the leaves, the next coordinate `row` on.
+  HWY_INLINE void add_at(std::size_t ray, RayAxes axes, std::int32_t corner, std::int32_t row) {
+    ray_[count_] = static_cast<std::int32_t>(ray);
+    axis_[count_] = static_cast<std::int32_t>(axes.z);
+    corner_[count_] = corner;
+    row_[count_] = row;
     ++count_;
   }
 
-  /// Tests the pairs; calls `hit(number, t, triangle)` for those that hit within their ray's interval.
+  /// Tests the pairs; calls `hit(ray, t, triangle)` for those that hit within their ray's interval.
   template <typename Counter, typename OnHit>
   HWY_INLINE void empty(Counter tally, OnHit&& hit) {
-    const D8 d;
+    const D8Float f;
+    const D8Whole whole;
     for (std::size_t first = 0; first < count_; first += kExactLanes) {
-      const auto load = [&](const float* values)
-                            HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(D8Float(), values + first)); };
-      const auto along = load(direction_[2]);
-      const auto shear_x = hn::Div(load(direction_[0]), along), shear_y = hn::Div(load(direction_[1]), along);
-      const auto see = [&](std::size_t k) HWY_ATTR {
-        const auto z = hn::Sub(load(corner_[k][2]), load(origin_[2]));
-        return SeenCorner{hn::Sub(hn::Sub(load(corner_[k][0]), load(origin_[0])), hn::Mul(shear_x, z)),
-                          hn::Sub(hn::Sub(load(corner_[k][1]), load(origin_[1])), hn::Mul(shear_y, z)), z};
+      const auto of = [&](const std::int32_t* values) HWY_ATTR { return hn::LoadU(whole, values + first); };
+      const auto z = of(axis_), row = of(row_), one = hn::Set(whole, 1), three = hn::Set(whole, 3);
+      const auto next = [&](const auto& axis) HWY_ATTR {
+        const auto after = hn::Add(axis, one);
+        return hn::IfThenZeroElse(hn::Eq(after, three), after);
       };
-      const ExactHits found = exact_hits(see(0), see(1), see(2), along);
+      const auto x = next(z), y = next(x);
+      const auto ray = hn::Mul(of(ray_), hn::Set(whole, sizeof(Ray) / sizeof(float)));
+      const auto origin = [&](const auto& axis) HWY_ATTR { return word(ray_words_, hn::Add(ray, axis)); };
+      const auto direction = [&](const auto& axis)
+                                 HWY_ATTR { return word(ray_words_, hn::Add(hn::Add(ray, axis), three)); };
+      const auto along = direction(z), shear_x = hn::Div(direction(x), along), shear_y = hn::Div(direction(y), along);
+      const auto origin_x = origin(x), origin_y = origin(y), origin_z = origin(z);
+      auto corner = of(corner_);
+      const auto row_x = hn::Mul(x, row), row_y = hn::Mul(y, row), row_z = hn::Mul(z, row), rows = hn::Mul(three, row);
+      const auto see = [&]() HWY_ATTR {
+        const auto depth = hn::Sub(word(words_, hn::Add(corner, row_z)), origin_z);
+        const SeenCorner out{hn::Sub(hn::Sub(word(words_, hn::Add(corner, row_x)), origin_x), hn::Mul(shear_x, depth)),
+                             hn::Sub(hn::Sub(word(words_, hn::Add(corner, row_y)), origin_y), hn::Mul(shear_y, depth)),
+                             depth};
+        corner = hn::Add(corner, rows);
+        return out;
+      };
+      const SeenCorner a = see(), b = see(), c = see();
+      const ExactHits found = exact_hits(a, b, c, along);
       alignas(32) float t[kPairs];
-      hn::StoreU(found.t, D8Float(), t);
+      hn::StoreU(found.t, f, t);
       const std::size_t here = std::min(kExactLanes, count_ - first);
       std::uint32_t left = (found.hit | found.uncertain) & ((1U << here) - 1);
-      for (std::size_t i = here - static_cast<std::size_t>(std::popcount(left)); i > 0; --i) tally.object(false);
+      if constexpr (Counter::kCounts)
+        for (std::size_t i = here - static_cast<std::size_t>(std::popcount(left)); i > 0; --i) tally.object(false);
       for (; left != 0; left &= left - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(left)), pair = first + lane;
+        const auto number = static_cast<std::size_t>(ray_[pair]);
         std::optional<float> at = t[lane];
         if (found.uncertain >> lane & 1) [[unlikely]]
           at = alone(pair);
-        else if (!(t[lane] > ray_[pair]->t_min && t[lane] < ray_[pair]->t_max))
+        else if (!(t[lane] > rays_[number].t_min && t[lane] < rays_[number].t_max))
           at = std::nullopt;
         tally.object(at.has_value());
-        if (at) hit(number_[pair], *at, triangle_[pair]);
+        if (at) hit(number, *at, leaves_[corner_[pair] + 9 * row_[pair]]);
       }
     }
     count_ = 0;
   }
 
  private:
+  static constexpr std::size_t kPairs = 8;
+
   std::optional<float> alone(std::size_t pair) const {
-    const std::size_t i = in_leaf_[pair];
-    return intersect_triangle(TriangleRay(*ray_[pair]), leaf_[pair].corner(i, 0), leaf_[pair].corner(i, 1),
-                              leaf_[pair].corner(i, 2));
+    const auto corner = [&](int k) {
+      const float* at = words_ + corner_[pair] + 3 * k * row_[pair];
+      return Vec3{at[0], at[row_[pair]], at[2 * row_[pair]]};
+    };
+    return intersect_triangle(TriangleRay(rays_[static_cast<std::size_t>(ray_[pair])]), corner(0), corner(1),
+                              corner(2));
   }
 
+  const std::span<const Ray> rays_;
+  const float* ray_words_;
+  const float* words_;  ///< Of the tree's leaves.
+  const std::uint32_t* leaves_;
   std::size_t count_ = 0;
-  float corner_[3][3][kPairs] = {}, origin_[3][kPairs] = {};
-  float direction_[3][kPairs] = {};
-  std::uint32_t number_[kPairs], triangle_[kPairs];
-  const Ray* ray_[kPairs];
-  Leaf leaf_[kPairs];
-  std::size_t in_leaf_[kPairs];
+  /// For each pair: the ray's number and longest axis, where corner a.x of the triangle stands, and how far it is to
+  /// the next coordinate.
+  std::int32_t ray_[kPairs] = {}, axis_[kPairs] = {}, corner_[kPairs] = {}, row_[kPairs] = {};
 };
 
 }  // namespace tessera::HWY_NAMESPACE

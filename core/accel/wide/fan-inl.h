@@ -15,9 +15,14 @@ namespace tessera::HWY_NAMESPACE {
 
 /// Triangles of a leaf in the picture.
 struct SeenTriangles {
-  alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearest[8];
-  /// Edge i's function is u·du[i] + v·dv[i] + at[i], not negative for rays that may pass inside.
-  alignas(32) float du[3][8], dv[3][8], at[3][8];
+  alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearness[8];
+  /// Edge i's function is u·du[i] + v·dv[i] + at[i], not negative for rays that may pass inside; rays for which all
+  /// three are `inside` or more surely do.
+  alignas(32) float du[3][8], dv[3][8], at[3][8], inside[8];
+  /// A ray meets the plane at a nearness of base + by_edge[0]·(edge 0's function) + by_edge[1]·(edge 2's), to `error`.
+  alignas(32) float base[8], by_edge[2][8], error[8];
+  alignas(32) std::uint32_t number[8];  ///< `kNobody` where it isn't sure which side a ray comes from.
+  static constexpr std::uint32_t kNobody = kNoTriangle - 1;
 };
 
 /// What boxes cover of a picture, given where along the depth they lie. A box that reaches to the apex, or behind it,
@@ -38,9 +43,8 @@ struct AreaOf {
   hn::Vec<F8> over_near, over_far;
 };
 
-/// A fan's way through a tree. `Rays` tests exactly, and lowers the fan's limits: `test(block, possible, leaf, i,
-/// tally)` triangle i of a leaf for the rays of a block that `possible` has bits for, `test_one(ray, leaf, i, tally)`
-/// for one ray, by the time of `flush(tally)`.
+/// A fan's way through a tree. `Rays` (`ClosestFan`, `OccludedFan`) takes what is sure, tests what isn't, and raises
+/// what the fan looks for.
 template <typename Counter, typename Rays>
 class Fan {
  public:
@@ -48,11 +52,11 @@ class Fan {
       : tree_(tree), picture_(picture), fan_(fan), rays_(rays), tally_(tally) {}
 
   HWY_INLINE void run() {
-    stack_[top_++] = {0, (1U << kBlocks) - 1, {-kInfinity, kInfinity, -kInfinity, kInfinity, 0}};
+    stack_[top_++] = {0, (1U << kBlocks) - 1, {-kInfinity, kInfinity, -kInfinity, kInfinity, FanRays::kNearest}};
     while (top_ > 0) {
       Pending next = stack_[--top_];
-      fan_.update_farthest();
-      next.blocks &= blocks_beyond(next.area.nearest);
+      fan_.update_blocks();
+      next.blocks &= blocks_behind(next.area.nearness);
       if (next.blocks == 0) continue;
       if (WideChild::is_leaf(next.child))
         visit_leaf(next);
@@ -65,7 +69,7 @@ class Fan {
  private:
   struct Area {
     float u_lo, u_hi, v_lo, v_hi;
-    float nearest;  ///< In depth.
+    float nearness;  ///< The most, 1/depth.
   };
   struct Pending {
     std::uint32_t child;
@@ -77,12 +81,12 @@ class Fan {
   /// may hit each triangle: measured on meshes of 100,000 and 1.6 million triangles.
   static constexpr std::size_t kFewRays = 3;
 
-  /// Blocks with rays that are looked for at this depth.
-  HWY_INLINE std::uint32_t blocks_beyond(float nearest) const {
+  /// Blocks with rays that are looked for beyond this.
+  HWY_INLINE std::uint32_t blocks_behind(float nearness) const {
     const F16 f;
     std::uint32_t bits = 0;
     for (std::size_t k = 0; k < kBlocks; k += kLanes16)
-      bits |= bits_of(f, hn::Ge(hn::Load(f, fan_.farthest + k), hn::Set(f, nearest))) << k;
+      bits |= bits_of(f, hn::Le(hn::Load(f, fan_.block_least + k), hn::Set(f, nearness))) << k;
     return bits;
   }
 
@@ -95,7 +99,7 @@ class Fan {
                                   hn::Ge(hn::Load(f, fan_.u_hi + k), hn::Set(f, area.u_lo)));
       const auto down = hn::And(hn::Le(hn::Load(f, fan_.v_lo + k), hn::Set(f, area.v_hi)),
                                 hn::Ge(hn::Load(f, fan_.v_hi + k), hn::Set(f, area.v_lo)));
-      const auto before = hn::Ge(hn::Load(f, fan_.farthest + k), hn::Set(f, area.nearest));
+      const auto before = hn::Le(hn::Load(f, fan_.block_least + k), hn::Set(f, area.nearness));
       bits |= bits_of(f, hn::And(hn::And(across, down), before)) << k;
     }
     return bits;
@@ -110,7 +114,7 @@ class Fan {
       const auto u = hn::Load(f, fan_.u + i), v = hn::Load(f, fan_.v + i);
       const auto across = hn::And(hn::Le(u, hn::Set(f, area.u_hi)), hn::Ge(u, hn::Set(f, area.u_lo)));
       const auto down = hn::And(hn::Le(v, hn::Set(f, area.v_hi)), hn::Ge(v, hn::Set(f, area.v_lo)));
-      const auto before = hn::Ge(hn::Load(f, fan_.limit + i), hn::Set(f, area.nearest));
+      const auto before = hn::Le(hn::Load(f, fan_.least + i), hn::Set(f, area.nearness));
       bits |= bits_of(f, hn::And(hn::And(across, down), before)) << k;
     }
     return bits;
@@ -119,7 +123,7 @@ class Fan {
   /// Areas of a node's children, eight at a time.
   HWY_INLINE void visit_node(const WideNode& node, std::uint32_t blocks) {
     const F8 f;
-    alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearest[8];
+    alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearness[8];
     std::uint32_t in_sight = 0;
     const bool down = picture_.sign < 0;
     for (std::size_t first = 0; first < 8; first += kLanes8) {
@@ -143,7 +147,7 @@ class Fan {
       hn::Store(area.high(u1), f, u_hi + first);
       hn::Store(area.low(v0), f, v_lo + first);
       hn::Store(area.high(v1), f, v_hi + first);
-      hn::Store(near, f, nearest + first);
+      hn::Store(hn::Min(area.over_near, hn::Set(f, FanRays::kNearest)), f, nearness + first);
       const auto children = hn::LoadU(U8(), node.child + first);
       const auto there = hn::Ne(children, hn::Set(U8(), kNoChild));
       in_sight |= bits_of(f, hn::And(hn::RebindMask(f, there), hn::Gt(far, hn::Zero(f)))) << first;
@@ -152,7 +156,7 @@ class Fan {
     for (int i = 0; i < 8; ++i, order >>= 3) {
       const std::uint32_t slot = order & 7;
       if (!(in_sight >> slot & 1)) continue;
-      const Area child{u_lo[slot], u_hi[slot], v_lo[slot], v_hi[slot], nearest[slot]};
+      const Area child{u_lo[slot], u_hi[slot], v_lo[slot], v_hi[slot], nearness[slot]};
       std::uint32_t entered = blocks & blocks_in(child);
       // A block may cover more of the picture than its rays do.
       for (std::uint32_t left = entered; left != 0; left &= left - 1)
@@ -194,44 +198,74 @@ class Fan {
   /// One ray against a leaf's triangles.
   HWY_INLINE void test_ray(std::size_t ray, const Leaf& leaf, const SeenTriangles& seen) {
     const F8 f;
-    const auto u = hn::Set(f, fan_.u[ray]), v = hn::Set(f, fan_.v[ray]), limit = hn::Set(f, fan_.limit[ray]);
-    std::uint32_t possible = 0;
+    const auto u = hn::Set(f, fan_.u[ray]), v = hn::Set(f, fan_.v[ray]);
+    std::uint32_t possible = 0, inside = 0;
+    alignas(32) float low[8], high[8];
     for (std::size_t k = 0; k < leaf.count; k += kLanes8) {
+      const auto of = [&](const float(&values)[8]) HWY_ATTR { return hn::Load(f, values + k); };
       const auto edge = [&](int e) HWY_ATTR {
-        return hn::MulAdd(u, hn::Load(f, seen.du[e] + k),
-                          hn::MulAdd(v, hn::Load(f, seen.dv[e] + k), hn::Load(f, seen.at[e] + k)));
+        return hn::MulAdd(u, of(seen.du[e]), hn::MulAdd(v, of(seen.dv[e]), of(seen.at[e])));
       };
-      const auto inside = hn::Ge(hn::Min(edge(0), hn::Min(edge(1), edge(2))), hn::Zero(f));
-      const auto across = hn::And(hn::Ge(u, hn::Load(f, seen.u_lo + k)), hn::Le(u, hn::Load(f, seen.u_hi + k)));
-      const auto down = hn::And(hn::Ge(v, hn::Load(f, seen.v_lo + k)), hn::Le(v, hn::Load(f, seen.v_hi + k)));
-      const auto before_limit = hn::Le(hn::Load(f, seen.nearest + k), limit);
-      possible |= bits_of(f, hn::And(hn::And(inside, before_limit), hn::And(across, down))) << k;
+      const auto e0 = edge(0), e1 = edge(1), e2 = edge(2), least = hn::Min(e0, hn::Min(e1, e2));
+      const auto across = hn::And(hn::Ge(u, of(seen.u_lo)), hn::Le(u, of(seen.u_hi)));
+      const auto down = hn::And(hn::Ge(v, of(seen.v_lo)), hn::Le(v, of(seen.v_hi)));
+      const auto near = hn::MulAdd(e0, of(seen.by_edge[0]), hn::MulAdd(e2, of(seen.by_edge[1]), of(seen.base)));
+      const auto most = hn::Add(near, of(seen.error));
+      auto maybe = hn::And(hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(most, hn::Set(f, fan_.least[ray]))),
+                           hn::And(across, down));
+      if constexpr (Rays::kLeave)
+        maybe = hn::AndNot(hn::RebindMask(f, hn::Eq(hn::Load(U8(), seen.number + k), hn::Set(U8(), fan_.left[ray]))),
+                           maybe);
+      hn::Store(hn::Sub(near, of(seen.error)), f, low + k);
+      hn::Store(most, f, high + k);
+      possible |= bits_of(f, maybe) << k;
+      inside |= bits_of(f, hn::Ge(least, of(seen.inside))) << k;
     }
     possible &= (1U << leaf.count) - 1;
-    for (; possible != 0; possible &= possible - 1)
-      rays_.test_one(ray, leaf, static_cast<std::size_t>(std::countr_zero(possible)), tally_);
+    for (; possible != 0; possible &= possible - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(possible));
+      if (inside >> i & 1 && rays_.take_one(ray, low[i], high[i], leaf, i))
+        tally_.object(true);
+      else if (high[i] >= fan_.least[ray])
+        rays_.test(ray, leaf, i, tally_);
+    }
   }
 
   /// One of a leaf's triangles against rays.
   HWY_INLINE void test_triangle(std::uint32_t blocks, const Leaf& leaf, std::size_t i, const SeenTriangles& seen) {
     const F16 f;
     std::uint32_t covered =
-        blocks & blocks_in({seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearest[i]});
-    const auto of = [&](const float(&values)[3][8], int e) HWY_ATTR { return hn::Set(f, values[e][i]); };
-    const hn::Vec<F16> du[3] = {of(seen.du, 0), of(seen.du, 1), of(seen.du, 2)};
-    const hn::Vec<F16> dv[3] = {of(seen.dv, 0), of(seen.dv, 1), of(seen.dv, 2)};
-    const hn::Vec<F16> at[3] = {of(seen.at, 0), of(seen.at, 1), of(seen.at, 2)};
+        blocks & blocks_in({seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearness[i]});
+    const auto of = [&](const float(&values)[8]) HWY_ATTR { return hn::Set(f, values[i]); };
+    const hn::Vec<F16> du[3] = {of(seen.du[0]), of(seen.du[1]), of(seen.du[2])};
+    const hn::Vec<F16> dv[3] = {of(seen.dv[0]), of(seen.dv[1]), of(seen.dv[2])};
+    const hn::Vec<F16> at[3] = {of(seen.at[0]), of(seen.at[1]), of(seen.at[2])};
+    const auto base = of(seen.base), by_edge0 = of(seen.by_edge[0]), by_edge2 = of(seen.by_edge[1]);
+    const auto error = of(seen.error), inside = of(seen.inside);
     for (; covered != 0; covered &= covered - 1) {
       const auto block = static_cast<std::size_t>(std::countr_zero(covered));
-      std::uint32_t possible = 0;
       for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
-        const auto u = hn::Load(f, fan_.u + block * kBlockRays + k), v = hn::Load(f, fan_.v + block * kBlockRays + k);
+        const std::size_t first = block * kBlockRays + k;
+        const auto u = hn::Load(f, fan_.u + first), v = hn::Load(f, fan_.v + first);
         const auto edge = [&](int e) HWY_ATTR { return hn::MulAdd(u, du[e], hn::MulAdd(v, dv[e], at[e])); };
-        const auto inside = hn::Ge(hn::Min(edge(0), hn::Min(edge(1), edge(2))), hn::Zero(f));
-        const auto limit = hn::Load(f, fan_.limit + block * kBlockRays + k);
-        possible |= bits_of(f, hn::And(inside, hn::Ge(limit, hn::Set(f, seen.nearest[i])))) << k;
+        const auto e0 = edge(0), e1 = edge(1), e2 = edge(2), least = hn::Min(e0, hn::Min(e1, e2));
+        const auto near = hn::MulAdd(e0, by_edge0, hn::MulAdd(e2, by_edge2, base));
+        const auto low = hn::Sub(near, error), high = hn::Add(near, error);
+        auto maybe = hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(high, hn::Load(f, fan_.least + first)));
+        if constexpr (Rays::kLeave) {
+          const hn::Rebind<std::uint32_t, F16> u32;
+          const auto own = hn::Eq(hn::Load(u32, fan_.left + first), hn::Set(u32, seen.number[i]));
+          maybe = hn::AndNot(hn::RebindMask(f, own), maybe);
+        }
+        if (hn::AllFalse(f, maybe)) continue;
+        const auto is_sure =
+            hn::And(maybe, hn::And(hn::Ge(least, inside), hn::Gt(low, hn::Load(f, fan_.sure + first))));
+        rays_.take(first, is_sure, low, high, leaf, i);
+        if constexpr (Counter::kCounts)
+          for (std::uint32_t left = bits_of(f, is_sure); left != 0; left &= left - 1) tally_.object(true);
+        for (std::uint32_t left = bits_of(f, hn::AndNot(is_sure, maybe)); left != 0; left &= left - 1)
+          rays_.test(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally_);
       }
-      if (possible != 0) rays_.test(block, possible, leaf, i, tally_);
     }
   }
 
@@ -242,19 +276,27 @@ class Fan {
   /// extent l in the picture, so their error is less than 2.5pl + 0.8p², and p·l for roundings: 16p(l + p) is far more,
   /// and is added to them. A triangle that reaches to the apex, or whose winding in the picture isn't certain, is left
   /// to the exact routine everywhere in its area.
+  ///
+  /// Nearness, 1/depth, of a corner is off by a share of 6.1u·M/depth. Along the triangle it is corner a's, and shares
+  /// of what b's and c's are more: edge functions over the area, each off by a quarter of the slack, the area by
+  /// another. With what the ray's line passes the apex by, the roundings of all this and of a hit's t, less than
+  /// `error`.
   HWY_INLINE void see(const Leaf& leaf, std::size_t first, SeenTriangles& seen) const {
     const F8 f;
     const auto sign = hn::Set(f, picture_.sign), zero = hn::Zero(f), one = hn::Set(f, 1.0F);
     struct Corner {
-      hn::Vec<F8> u, v, depth;
+      hn::Vec<F8> u, v, depth, near;
+    };
+    const float* const rows = leaf.rows + first;
+    const float* const row[3] = {rows + picture_.axes.x * leaf.count, rows + picture_.axes.y * leaf.count,
+                                 rows + picture_.axes.z * leaf.count};
+    const auto relative = [&](std::size_t k, int i) HWY_ATTR {
+      return hn::Sub(hn::LoadU(f, row[i] + 3 * leaf.count * k), hn::Set(f, picture_.apex[i]));
     };
     const auto corner = [&](std::size_t k) HWY_ATTR {
-      const auto relative = [&](std::uint32_t axis, int i) HWY_ATTR {
-        return hn::Sub(hn::LoadU(f, leaf.rows + (3 * k + axis) * leaf.count + first), hn::Set(f, picture_.apex[i]));
-      };
-      const auto z = relative(picture_.axes.z, 2), over = hn::Div(one, z);
-      return Corner{hn::Mul(relative(picture_.axes.x, 0), over), hn::Mul(relative(picture_.axes.y, 1), over),
-                    hn::Mul(sign, z)};
+      const auto z = relative(k, 2), over = hn::Div(one, z);
+      return Corner{hn::Mul(relative(k, 0), over), hn::Mul(relative(k, 1), over), hn::Mul(sign, z),
+                    hn::Mul(sign, over)};
     };
     const Corner a = corner(0), b = corner(1), c = corner(2);
     const auto min3 = [](const auto& p, const auto& q, const auto& r) HWY_ATTR { return hn::Min(p, hn::Min(q, r)); };
@@ -263,45 +305,63 @@ class Fan {
     const auto u_lo = min3(a.u, b.u, c.u), u_hi = max3(a.u, b.u, c.u);
     const auto v_lo = min3(a.v, b.v, c.v), v_hi = max3(a.v, b.v, c.v);
     const auto largest = hn::Max(hn::Max(hn::Neg(u_lo), u_hi), hn::Max(hn::Neg(v_lo), v_hi));
-    const auto p = hn::Mul(hn::Div(hn::Set(f, picture_.stray), nearest), hn::Add(one, largest));
+    const auto near = hn::Div(one, nearest), off = hn::Mul(hn::Set(f, picture_.stray), near);
+    const auto p = hn::Mul(off, hn::Add(one, largest));
     const auto extent = hn::Max(hn::Sub(u_hi, u_lo), hn::Sub(v_hi, v_lo));
     const auto slack = hn::Mul(hn::Mul(hn::Set(f, 16.0F), p), hn::Add(extent, p));
     const auto area =
         hn::NegMulAdd(hn::Sub(b.v, a.v), hn::Sub(c.u, a.u), hn::Mul(hn::Sub(b.u, a.u), hn::Sub(c.v, a.v)));
     const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Mul(hn::Set(f, 4.0F), slack)));
-    const auto infinite = hn::Set(f, kInfinity), stray = hn::Set(f, picture_.stray);
+    const auto stray = hn::Set(f, picture_.stray);
     const auto farthest = hn::Add(max3(a.depth, b.depth, c.depth), stray);
     hn::Store(hn::Sub(u_lo, p), f, seen.u_lo + first);
     hn::Store(hn::Add(u_hi, p), f, seen.u_hi + first);
     hn::Store(hn::Sub(v_lo, p), f, seen.v_lo + first);
     hn::Store(hn::Add(v_hi, p), f, seen.v_hi + first);
-    // Behind the apex altogether: beyond any limit.
-    hn::Store(hn::IfThenElse(hn::Le(farthest, zero), infinite, nearest), f, seen.nearest + first);
-    if (const auto reaches = hn::Le(nearest, zero); !hn::AllFalse(f, reaches)) {
+    const auto reaches = hn::Le(nearest, zero);
+    // Behind the apex altogether: there is nothing so far off.
+    const auto nearness = hn::IfThenElse(
+        hn::Le(farthest, zero), hn::Set(f, -1.0F),
+        hn::IfThenElse(reaches, hn::Set(f, FanRays::kNearest), hn::Min(near, hn::Set(f, FanRays::kNearest))));
+    hn::Store(nearness, f, seen.nearness + first);
+    if (!hn::AllFalse(f, reaches)) {
       const AreaOf area_of(nearest, farthest);
-      const auto box = [&](std::uint32_t axis, int i, float* lo, float* hi) HWY_ATTR {
-        const auto at = [&](std::size_t k) HWY_ATTR {
-          const auto v = hn::LoadU(f, leaf.rows + (3 * k + axis) * leaf.count + first);
-          return hn::Mul(sign, hn::Sub(v, hn::Set(f, picture_.apex[i])));
-        };
+      const auto box = [&](int i, float* lo, float* hi) HWY_ATTR {
+        const auto at = [&](std::size_t k) HWY_ATTR { return hn::Mul(sign, relative(k, i)); };
         const auto least = hn::Sub(min3(at(0), at(1), at(2)), stray), most = hn::Add(max3(at(0), at(1), at(2)), stray);
         hn::Store(hn::IfThenElse(reaches, area_of.low(least), hn::Load(f, lo)), f, lo);
         hn::Store(hn::IfThenElse(reaches, area_of.high(most), hn::Load(f, hi)), f, hi);
       };
-      box(picture_.axes.x, 0, seen.u_lo + first, seen.u_hi + first);
-      box(picture_.axes.y, 1, seen.v_lo + first, seen.v_hi + first);
+      box(0, seen.u_lo + first, seen.u_hi + first);
+      box(1, seen.v_lo + first, seen.v_hi + first);
     }
+    const auto turned = hn::CopySignToAbs(one, area);
     const auto edge = [&](int i, const Corner& from, const Corner& to) HWY_ATTR {
-      const auto turned = hn::CopySignToAbs(one, area);
       const auto along_u = hn::Mul(turned, hn::Sub(to.u, from.u)), along_v = hn::Mul(turned, hn::Sub(to.v, from.v));
       const auto at = hn::Add(hn::NegMulAdd(along_u, from.v, hn::Mul(along_v, from.u)), slack);
-      hn::Store(hn::IfThenElse(known, hn::Neg(along_v), zero), f, seen.du[i] + first);
-      hn::Store(hn::IfThenElse(known, along_u, zero), f, seen.dv[i] + first);
-      hn::Store(hn::IfThenElse(known, at, infinite), f, seen.at[i] + first);
+      hn::Store(hn::IfThenElseZero(known, hn::Neg(along_v)), f, seen.du[i] + first);
+      hn::Store(hn::IfThenElseZero(known, along_u), f, seen.dv[i] + first);
+      hn::Store(hn::IfThenElse(known, at, one), f, seen.at[i] + first);
     };
     edge(0, a, b);
     edge(1, b, c);
     edge(2, c, a);
+
+    const auto over_area = hn::Div(one, hn::Abs(area));
+    const auto by_edge = [&](const Corner& k) HWY_ATTR { return hn::Mul(hn::Sub(k.near, a.near), over_area); };
+    const auto by_edge0 = by_edge(c), by_edge2 = by_edge(b);
+    const auto base = hn::NegMulAdd(slack, hn::Add(by_edge0, by_edge2), a.near);
+    const auto error =
+        hn::MulAdd(slack, hn::Add(hn::Abs(by_edge0), hn::Abs(by_edge2)), hn::Mul(near, hn::Add(off, off)));
+    const auto after_start = hn::Lt(hn::Add(near, error), hn::Set(f, fan_.most));
+    hn::Store(hn::IfThenElseZero(known, by_edge0), f, seen.by_edge[0] + first);
+    hn::Store(hn::IfThenElseZero(known, by_edge2), f, seen.by_edge[1] + first);
+    hn::Store(hn::IfThenElse(known, base, nearness), f, seen.base + first);
+    hn::Store(hn::IfThenElseZero(known, error), f, seen.error + first);
+    hn::Store(hn::IfThenElse(hn::And(known, after_start), hn::Add(slack, slack), hn::Set(f, kInfinity)), f,
+              seen.inside + first);
+    hn::Store(hn::IfThenElse(hn::RebindMask(U8(), known), leaf.triangles(first), hn::Set(U8(), SeenTriangles::kNobody)),
+              U8(), seen.number + first);
   }
 
   const WideTree& tree_;

@@ -7,246 +7,256 @@
 #endif
 
 #include <algorithm>
-#include <limits>
 
+#include "core/accel/tally.h"
 #include "core/accel/wide/exact-inl.h"
 #include "core/accel/wide/picture-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
 
-/// What the exact routine needs of a fan's rays, in lanes. Rays whose longest axis isn't the picture's are tested one
-/// by one.
-class ExactFan {
- protected:
-  ExactFan(const Picture& picture, std::span<const Ray> rays, const FanRays& fan)
-      : picture_(picture), rays_(rays), sign_limit_(0x1p-47 * 1.01 * 4 * 6 * picture.reach * picture.reach) {
-    std::copy_n(fan.irregular, kBlocks, irregular_);
-    const D8 d;
-    for (std::size_t i = 0; i < kFanRays; i += kExactLanes) {
-      const auto of = [&](const float* values) HWY_ATTR { return hn::PromoteTo(d, hn::Load(D8Float(), values + i)); };
-      const auto along = of(fan.direction[2]);
-      hn::Store(along, d, scale_z_ + i);
-      hn::Store(hn::Div(of(fan.direction[0]), along), d, shear_x_ + i);
-      hn::Store(hn::Div(of(fan.direction[1]), along), d, shear_y_ + i);
-    }
-  }
+/// Stores the lanes of `mask`. (A masked store does the same; on some machines it takes as long as ten others.)
+template <typename D>
+HWY_INLINE void blend(const hn::Vec<D>& value, hn::Mask<D> mask, D d, hn::TFromD<D>* to) {
+  hn::Store(hn::IfThenElse(mask, value, hn::Load(d, to)), d, to);
+}
 
-  /// Triangle i of a leaf, for the rays from number `first` on, which start at `origin` (in the picture's order).
-  HWY_INLINE ExactHits test_lanes(const Leaf& leaf, std::size_t i, std::size_t first,
-                                  const hn::Vec<D8> (&origin)[3]) const {
-    const D8 d;
-    const auto see = [&](std::size_t k) HWY_ATTR {
-      const auto at = [&](std::uint32_t axis)
-                          HWY_ATTR { return hn::Set(d, double{leaf.rows[(3 * k + axis) * leaf.count + i]}); };
-      const auto z = hn::Sub(at(picture_.axes.z), origin[2]);
-      return SeenCorner{hn::Sub(hn::Sub(at(picture_.axes.x), origin[0]), hn::Mul(hn::Load(d, shear_x_ + first), z)),
-                        hn::Sub(hn::Sub(at(picture_.axes.y), origin[1]), hn::Mul(hn::Load(d, shear_y_ + first), z)), z};
-    };
-    // Where signs are certain, a lane that is inside is a hit, and its corners are seen within twice the longest side
-    // (`LeafRay::possible`): which is all that its sum is compared with.
-    const double side = leaf.side * 1.01;
-    return exact_hits(see(0), see(1), see(2), hn::Load(d, scale_z_ + first), hn::Set(d, sign_limit_),
-                      hn::Set(d, 0x1p-13 * 2 * side * side));
-  }
-
-  /// Calls `many(first, asked)` for runs of rays that are asked for, and `one(ray)` for those that can't go with
-  /// others.
-  template <typename Many, typename One>
-  HWY_INLINE void deal(std::size_t block, std::uint32_t possible, Many&& many, One&& one) const {
-    const std::uint32_t regular = possible & ~irregular_[block];
-    for (std::size_t k = 0; k < kBlockRays; k += kExactLanes) {
-      const std::uint32_t asked = regular >> k & kAllExactLanes;
-      if (asked != 0) many(block * kBlockRays + k, asked);
-    }
-    for (std::uint32_t left = possible & irregular_[block]; left != 0; left &= left - 1)
-      one(block * kBlockRays + static_cast<std::size_t>(std::countr_zero(left)));
-  }
-
-  HWY_INLINE void enqueue(std::size_t ray, const Leaf& leaf, std::size_t i) {
-    const bool regular = !(irregular_[ray / kBlockRays] >> ray % kBlockRays & 1);
-    queue_.add(static_cast<std::uint32_t>(ray), rays_[ray], regular ? picture_.axes : RayAxes::of(rays_[ray].direction),
-               leaf, i);
-  }
-
-  template <typename Counter>
-  HWY_INLINE static void count(Counter tally, std::uint32_t asked, std::uint32_t hit) {
-    if constexpr (Counter::kCounts)
-      for (; asked != 0; asked &= asked - 1) tally.object(hit >> std::countr_zero(asked) & 1);
-  }
-
-  const Picture& picture_;
-  const std::span<const Ray> rays_;
-  /// A weight that is more than this has a certain sign in `crossing` too: corners and origins are within 2M of each
-  /// other, so corners of regular rays, whose |shear| ≤ 1, are seen within 4M.
-  const double sign_limit_;
-  ExactQueue queue_;
-  alignas(64) double shear_x_[kFanRays], shear_y_[kFanRays], scale_z_[kFanRays];
-  std::uint32_t irregular_[kBlocks];
-};
+/// More than a number that is off by the roundings of a few operations, and less.
+inline constexpr float kMore = 1 + 8 * static_cast<float>(kUnitRoundoff),
+                       kLess = 1 - 8 * static_cast<float>(kUnitRoundoff);
 
 /// Rays from one origin, looking for their closest hits.
-class ClosestFan : public ExactFan {
+///
+/// A triangle that surely is hit, and surely less than what was hit before, need not be tested at once: only the last
+/// such of each ray is, at the end, to learn its t.
+class ClosestFan {
  public:
-  ClosestFan(const Picture& picture, std::span<const Ray> rays, std::uint32_t object, std::span<Hit> hits, FanRays& fan)
-      : ExactFan(picture, rays, fan), object_(object), hits_(hits), fan_(fan) {
+  static constexpr bool kLeave = false;  ///< Rays may leave triangles.
+
+  ClosestFan(const WideTree& tree, const Picture& picture, std::span<const Ray> rays, std::uint32_t object,
+             std::span<Hit> hits, FanRays& fan)
+      : picture_(picture),
+        words_(reinterpret_cast<const float*>(tree.leaves.data())),
+        rays_(rays),
+        object_(object),
+        hits_(hits),
+        fan_(fan),
+        queue_(tree, rays) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       best_t_[i] = std::min(hits[i].t, rays[i].t_max);
       // At the interval's open end no triangle is hit; at another object's hit, if that comes later.
       const bool open = hits[i].t >= rays[i].t_max;
-      best_triangle_[i] = open || hits[i].object < object ? 0 : hits[i].object == object ? hits[i].primitive : kAny;
+      best_triangle_[i] = open || hits[i].object < object ? 0
+                          : hits[i].object == object      ? static_cast<std::int32_t>(hits[i].primitive)
+                                                          : kAny;
     }
     std::fill(best_t_ + rays.size(), best_t_ + kFanRays, 0.0F);
-    std::fill(best_triangle_ + rays.size(), best_triangle_ + kFanRays, 0);
     const F16 f;
+    const auto one = hn::Set(f, 1.0F), nearest = hn::Set(f, FanRays::kNearest);
+    auto most = nearest;
     for (std::size_t i = 0; i < kFanRays; i += kLanes16) {
-      const auto along = hn::Abs(hn::Load(f, fan.direction[2] + i));
-      const auto per_t = hn::Mul(along, hn::Set(f, 1 + 8 * static_cast<float>(kUnitRoundoff)));
-      const auto limit = hn::Mul(hn::Load(f, best_t_ + i), per_t);
-      hn::Store(per_t, f, per_t_ + i);
-      hn::Store(hn::Min(limit, hn::Set(f, std::numeric_limits<float>::max())), f, fan.limit + i);
+      const auto along = hn::Load(f, fan.along + i), depth = hn::Min(hn::Mul(hn::Load(f, best_t_ + i), along), nearest);
+      const auto near = hn::Min(hn::Div(one, depth), nearest);
+      hn::Store(hn::Mul(near, hn::Set(f, kLess)), f, fan.least + i);
+      hn::Store(hn::Mul(near, hn::Set(f, kMore)), f, fan.sure + i);
+      most = hn::Min(most, hn::Div(hn::Set(f, kLess), hn::Mul(hn::Load(f, fan.t_min + i), along)));
     }
-    std::fill(fan.limit + rays.size(), fan.limit + kFanRays, -kInfinity);
+    fan.most = hn::GetLane(hn::MinOfLanes(f, most));
+    std::fill(fan.least + rays.size(), fan.least + kFanRays, kInfinity);
   }
 
-  /// Tests triangle i of a leaf for the rays of a block that `possible` has bits for.
-  template <typename Counter>
-  HWY_INLINE void test(std::size_t block, std::uint32_t possible, const Leaf& leaf, std::size_t i, Counter tally) {
-    deal(
-        block, possible, [&](std::size_t first, std::uint32_t asked) HWY_ATTR { many(first, asked, leaf, i, tally); },
-        [&](std::size_t ray) HWY_ATTR { test_one(ray, leaf, i, tally); });
+  /// Rays from `first` on, of which those in `mask` surely hit triangle i of a leaf, at a nearness between `low` and
+  /// `high`, and nothing so near before.
+  HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>& low, const hn::Vec<F16>& high,
+                       const Leaf& leaf, std::size_t i) {
+    const F16 f;
+    const hn::Rebind<std::int32_t, F16> u;
+    const auto numbers = hn::RebindMask(u, mask);
+    blend(low, mask, f, fan_.least + first);
+    blend(high, mask, f, fan_.sure + first);
+    blend(hn::Set(u, corner(leaf, i)), numbers, u, corner_ + first);
+    blend(hn::Set(u, static_cast<std::int32_t>(leaf.count)), numbers, u, row_ + first);
+    taken_[first / kBlockRays] |= bits_of(f, mask) << first % kBlockRays;
+    fan_.raised |= 1U << (first / kBlockRays);
   }
 
+  /// The same for one ray, if it hits nothing so near so far.
+  HWY_INLINE bool take_one(std::size_t ray, float low, float high, const Leaf& leaf, std::size_t i) {
+    if (!(low > fan_.sure[ray])) return false;
+    fan_.least[ray] = low;
+    fan_.sure[ray] = high;
+    corner_[ray] = corner(leaf, i);
+    row_[ray] = static_cast<std::int32_t>(leaf.count);
+    taken_[ray / kBlockRays] |= 1U << ray % kBlockRays;
+    fan_.raised |= 1U << (ray / kBlockRays);
+    return true;
+  }
+
+  /// Tests triangle i of a leaf, by the time of `flush`.
   template <typename Counter>
-  HWY_INLINE void test_one(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
-    enqueue(ray, leaf, i);
+  HWY_INLINE void test(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
+    queue_.add(ray, RayAxes::of(rays_[ray].direction), leaf, i);
     if (queue_.full()) flush(tally);
   }
 
   template <typename Counter>
   HWY_INLINE void flush(Counter tally) {
-    queue_.empty(tally, [&](std::uint32_t ray, float t, std::uint32_t triangle) HWY_ATTR { lower(ray, t, triangle); });
+    queue_.empty(tally, [&](std::size_t ray, float t, std::uint32_t triangle) HWY_ATTR { lower(ray, t, triangle); });
   }
 
-  void finish() const {
+  /// Precondition: flushed.
+  HWY_INLINE void finish() {
+    for (std::size_t first = 0; first < kFanRays; first += kExactLanes) {
+      const std::uint32_t taken = taken_[first / kBlockRays] >> first % kBlockRays & kAllExactLanes;
+      if (taken != 0) settle(first, taken);
+    }
+    flush(NoTally());
     for (std::size_t block = 0; block < kBlocks; ++block)
       for (std::uint32_t left = found_[block]; left != 0; left &= left - 1) {
         const std::size_t ray = block * kBlockRays + static_cast<std::size_t>(std::countr_zero(left));
-        hits_[ray] = {best_t_[ray], object_, best_triangle_[ray]};
+        hits_[ray] = {best_t_[ray], object_, static_cast<std::uint32_t>(best_triangle_[ray])};
       }
   }
 
  private:
-  static constexpr std::uint32_t kAny = 0xFFFFFFFF;
+  static constexpr std::int32_t kAny = std::numeric_limits<std::int32_t>::max();
 
-  template <typename Counter>
-  HWY_INLINE void many(std::size_t first, std::uint32_t asked, const Leaf& leaf, std::size_t i, Counter tally) {
-    const D8 d;
-    const D8Float f;
-    const hn::Rebind<std::uint32_t, D8Float> u;
-    const hn::Vec<D8> origin[3] = {hn::Set(d, double{picture_.apex[0]}), hn::Set(d, double{picture_.apex[1]}),
-                                   hn::Set(d, double{picture_.apex[2]})};
-    const std::uint32_t triangle = leaf.triangle(i);
-    const ExactHits found = test_lanes(leaf, i, first, origin);
-    const auto best = hn::Load(f, best_t_ + first);
-    const auto tied = hn::And(hn::Eq(found.t, best),
-                              hn::RebindMask(f, hn::Gt(hn::Load(u, best_triangle_ + first), hn::Set(u, triangle))));
-    const auto less = hn::And(hn::Or(hn::Lt(found.t, best), tied), hn::Gt(found.t, hn::Load(f, fan_.t_min + first)));
-    const std::uint32_t hit = asked & ~found.uncertain & found.hit & bits_of(f, less);
-    count(tally, asked & ~found.uncertain, hit);
-    if (hit != 0) {
-      const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(hit)};
-      const auto mask = hn::LoadMaskBits(f, bytes);
-      hn::BlendedStore(found.t, mask, f, best_t_ + first);
-      hn::BlendedStore(hn::Set(u, triangle), hn::RebindMask(u, mask), u, best_triangle_ + first);
-      hn::BlendedStore(hn::Mul(found.t, hn::Load(f, per_t_ + first)), mask, f, fan_.limit + first);
-      found_[first / kBlockRays] |= hit << first % kBlockRays;
-      fan_.lowered |= 1U << (first / kBlockRays);
-    }
-    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1)
-      test_one(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally);
+  /// Where the triangle's first corner stands among the words of the tree's leaves.
+  HWY_INLINE std::int32_t corner(const Leaf& leaf, std::size_t i) const {
+    return static_cast<std::int32_t>(static_cast<std::size_t>(leaf.rows - words_) + i);
   }
 
-  HWY_INLINE void lower(std::size_t ray, float t, std::uint32_t triangle) {
+  /// Tests rays from `first` on with what was taken for them.
+  HWY_INLINE void settle(std::size_t first, std::uint32_t taken) {
+    const D8 d;
+    const D8Float f;
+    const D8Whole whole;
+    const auto dx = hn::Load(f, fan_.direction[0] + first), dy = hn::Load(f, fan_.direction[1] + first),
+               dz = hn::Load(f, fan_.direction[2] + first);
+    const auto along = hn::PromoteTo(d, dz);
+    const auto shear_x = hn::Div(hn::PromoteTo(d, dx), along), shear_y = hn::Div(hn::PromoteTo(d, dy), along);
+    const auto row = hn::Load(whole, row_ + first), rows = hn::Mul(hn::Set(whole, 3), row);
+    auto corner = hn::Load(whole, corner_ + first);
+    const auto triangle = hn::GatherIndex(whole, reinterpret_cast<const std::int32_t*>(words_),
+                                          hn::Add(corner, hn::Mul(hn::Set(whole, 9), row)));
+    const auto at = [&](std::uint32_t axis, int i) HWY_ATTR {
+      const auto place = hn::Add(corner, hn::Mul(row, hn::Set(whole, static_cast<std::int32_t>(axis))));
+      return hn::Sub(word(words_, place), hn::Set(d, double{picture_.apex[i]}));
+    };
+    const auto see = [&]() HWY_ATTR {
+      const auto depth = at(picture_.axes.z, 2);
+      const SeenCorner out{hn::Sub(at(picture_.axes.x, 0), hn::Mul(shear_x, depth)),
+                           hn::Sub(at(picture_.axes.y, 1), hn::Mul(shear_y, depth)), depth};
+      corner = hn::Add(corner, rows);
+      return out;
+    };
+    const SeenCorner a = see(), b = see(), c = see();
+    const ExactHits found = exact_hits(a, b, c, along);
+    // Rays whose longest axis isn't the picture's are seen along another, and asked alone.
+    const std::uint32_t regular = bits_of(f, hn::Gt(hn::Abs(dz), hn::Max(hn::Abs(dx), hn::Abs(dy))));
+    const std::uint32_t alone = taken & (found.uncertain | ~regular);
+    const auto best = hn::Load(f, best_t_ + first);
+    const auto best_triangle = hn::Load(whole, best_triangle_ + first);
+    const auto tied = hn::And(hn::Eq(found.t, best), hn::RebindMask(f, hn::Gt(best_triangle, triangle)));
+    const std::uint32_t less = taken & ~alone & found.hit & bits_of(f, hn::Or(hn::Lt(found.t, best), tied));
+    const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(less)};
+    const auto mask = hn::LoadMaskBits(f, bytes);
+    blend(found.t, mask, f, best_t_ + first);
+    blend(triangle, hn::RebindMask(whole, mask), whole, best_triangle_ + first);
+    found_[first / kBlockRays] |= less << first % kBlockRays;
+    for (std::uint32_t left = alone; left != 0; left &= left - 1) {
+      const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
+      queue_.add_at(ray, RayAxes::of(rays_[ray].direction), corner_[ray], row_[ray]);
+      if (queue_.full()) flush(NoTally());
+    }
+  }
+
+  HWY_INLINE void lower(std::size_t ray, float t, std::uint32_t number) {
+    const auto triangle = static_cast<std::int32_t>(number);
     if (t > best_t_[ray] || (t == best_t_[ray] && triangle >= best_triangle_[ray])) return;
     best_t_[ray] = t;
     best_triangle_[ray] = triangle;
-    fan_.limit[ray] = t * per_t_[ray];
+    const float near = std::min(1 / (t * fan_.along[ray]), FanRays::kNearest);
+    fan_.least[ray] = std::max(fan_.least[ray], near * kLess);
+    fan_.sure[ray] = std::max(fan_.sure[ray], near * kMore);
     found_[ray / kBlockRays] |= 1U << ray % kBlockRays;
-    fan_.lowered |= 1U << (ray / kBlockRays);
+    fan_.raised |= 1U << (ray / kBlockRays);
   }
 
+  const Picture& picture_;
+  const float* words_;  ///< Of the tree's leaves.
+  const std::span<const Ray> rays_;
   const std::uint32_t object_;
   const std::span<Hit> hits_;
   FanRays& fan_;
-  alignas(64) float best_t_[kFanRays];
-  alignas(64) std::uint32_t best_triangle_[kFanRays];
-  alignas(64) float per_t_[kFanRays];  ///< Depth for each t, or a little more.
+  ExactQueue queue_;
+  alignas(64) float best_t_[kFanRays];  ///< Of those that were tested.
+  alignas(64) std::int32_t best_triangle_[kFanRays];
+  /// Of the triangle that was taken: as in `ExactQueue`. Others' places can be read too.
+  alignas(64) std::int32_t corner_[kFanRays] = {}, row_[kFanRays] = {};
+  std::uint32_t taken_[kBlocks] = {};  ///< Rays that surely hit something: bits.
   std::uint32_t found_[kBlocks] = {};  ///< Rays that hit something less than what they came with: bits.
 };
 
-/// Rays that lead to one point, asking whether anything lies on their way.
-class OccludedFan : public ExactFan {
+/// Rays that lead to one point, asking whether anything lies on their way. What surely does need not be tested.
+class OccludedFan {
  public:
-  OccludedFan(const Picture& picture, std::span<const Ray> rays, std::span<std::uint8_t> hidden, FanRays& fan)
-      : ExactFan(picture, rays, fan), hidden_(hidden), fan_(fan) {
+  static constexpr bool kLeave = true;
+
+  OccludedFan(const WideTree& tree, const Picture& picture, std::uint32_t object, std::span<const Ray> rays,
+              std::span<std::uint8_t> hidden, FanRays& fan)
+      : rays_(rays), hidden_(hidden), fan_(fan), queue_(tree, rays) {
+    // A ray ends where t_max says before the apex, and begins where it says before the other end.
+    float most = FanRays::kNearest;
     for (std::size_t i = 0; i < kFanRays; ++i) {
       const Ray& ray = rays[std::min(i, rays.size() - 1)];
-      origin_[0][i] = ray.origin[static_cast<int>(picture.axes.x)];
-      origin_[1][i] = ray.origin[static_cast<int>(picture.axes.y)];
-      origin_[2][i] = ray.origin[static_cast<int>(picture.axes.z)];
-      t_max_[i] = ray.t_max;
-      const float depth = std::abs(fan.direction[2][i]) * (1 + 8 * static_cast<float>(kUnitRoundoff)) + picture.stray;
-      fan.limit[i] = i < rays.size() && !hidden[i] ? depth : -kInfinity;
+      const float along = fan.along[i];
+      fan.left[i] = left_in(ray, object);
+      fan.least[i] = i < rays.size() && !hidden[i] ? kLess / (along * kMore + picture.stray) : kInfinity;
+      const float begins = along * (1 - ray.t_min) * kLess - picture.stray;
+      fan.sure[i] = begins > 0 ? kMore / begins : kInfinity;
+      most = std::min(most, kLess / (along * (1 - ray.t_max) * kMore + picture.stray));
     }
+    fan.most = most;
+  }
+
+  HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>&, const hn::Vec<F16>&, const Leaf&,
+                       std::size_t) {
+    const F16 f;
+    blend(hn::Set(f, kInfinity), mask, f, fan_.least + first);
+    for (std::uint32_t left = bits_of(f, mask); left != 0; left &= left - 1)
+      hidden_[first + static_cast<std::size_t>(std::countr_zero(left))] = 1;
+    fan_.raised |= 1U << (first / kBlockRays);
+  }
+
+  HWY_INLINE bool take_one(std::size_t ray, float low, float, const Leaf&, std::size_t) {
+    if (!(low > fan_.sure[ray])) return false;
+    hide(ray);
+    return true;
   }
 
   template <typename Counter>
-  HWY_INLINE void test(std::size_t block, std::uint32_t possible, const Leaf& leaf, std::size_t i, Counter tally) {
-    deal(
-        block, possible, [&](std::size_t first, std::uint32_t asked) HWY_ATTR { many(first, asked, leaf, i, tally); },
-        [&](std::size_t ray) HWY_ATTR { test_one(ray, leaf, i, tally); });
-  }
-
-  template <typename Counter>
-  HWY_INLINE void test_one(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
-    enqueue(ray, leaf, i);
+  HWY_INLINE void test(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
+    queue_.add(ray, RayAxes::of(rays_[ray].direction), leaf, i);
     if (queue_.full()) flush(tally);
   }
 
   template <typename Counter>
   HWY_INLINE void flush(Counter tally) {
-    queue_.empty(tally, [&](std::uint32_t ray, float, std::uint32_t) HWY_ATTR { hide(ray); });
+    queue_.empty(tally, [&](std::size_t ray, float, std::uint32_t) HWY_ATTR { hide(ray); });
   }
 
  private:
-  template <typename Counter>
-  HWY_INLINE void many(std::size_t first, std::uint32_t asked, const Leaf& leaf, std::size_t i, Counter tally) {
-    const D8 d;
-    const D8Float f;
-    const hn::Vec<D8> origin[3] = {hn::PromoteTo(d, hn::Load(f, origin_[0] + first)),
-                                   hn::PromoteTo(d, hn::Load(f, origin_[1] + first)),
-                                   hn::PromoteTo(d, hn::Load(f, origin_[2] + first))};
-    const ExactHits found = test_lanes(leaf, i, first, origin);
-    const auto within =
-        hn::And(hn::Gt(found.t, hn::Load(f, fan_.t_min + first)), hn::Lt(found.t, hn::Load(f, t_max_ + first)));
-    std::uint32_t hit = asked & ~found.uncertain & found.hit & bits_of(f, within);
-    count(tally, asked & ~found.uncertain, hit);
-    for (; hit != 0; hit &= hit - 1) hide(first + static_cast<std::size_t>(std::countr_zero(hit)));
-    for (std::uint32_t left = asked & found.uncertain; left != 0; left &= left - 1)
-      test_one(first + static_cast<std::size_t>(std::countr_zero(left)), leaf, i, tally);
-  }
-
   HWY_INLINE void hide(std::size_t ray) {
     hidden_[ray] = 1;
-    fan_.limit[ray] = -kInfinity;
-    fan_.lowered |= 1U << (ray / kBlockRays);
+    fan_.least[ray] = kInfinity;
+    fan_.raised |= 1U << (ray / kBlockRays);
   }
 
+  const std::span<const Ray> rays_;
   const std::span<std::uint8_t> hidden_;
   FanRays& fan_;
-  alignas(64) float origin_[3][kFanRays];
-  alignas(64) float t_max_[kFanRays];
+  ExactQueue queue_;
 };
 
 }  // namespace tessera::HWY_NAMESPACE

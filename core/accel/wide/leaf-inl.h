@@ -7,6 +7,7 @@
 #endif
 
 #include <algorithm>
+#include <cstring>
 #include <optional>
 
 #include <hwy/cache_control.h>
@@ -19,7 +20,7 @@ namespace tessera::HWY_NAMESPACE {
 /// A leaf's rows (see `WideTree`).
 struct Leaf {
   Leaf() = default;
-  HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf) : count(WideChild::count(leaf)) {
+  HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf) : count(WideChild::count(leaf)), word(leaf) {
     const std::uint32_t* words = tree.leaves.data() + std::size_t{4} * WideChild::at(leaf);
     side = std::bit_cast<float>(words[0]);
     rows = reinterpret_cast<const float*>(words + 1);
@@ -30,8 +31,14 @@ struct Leaf {
   }
   HWY_INLINE std::uint32_t triangle(std::size_t i) const { return std::bit_cast<std::uint32_t>(rows[9 * count + i]); }
 
+  /// The numbers of the triangles from `first` on.
+  HWY_INLINE hn::Vec<U8> triangles(std::size_t first) const {
+    return hn::BitCast(U8(), hn::LoadU(F8(), rows + 9 * count + first));
+  }
+
   std::size_t count;
-  float side;  ///< The longest of its triangles' boxes.
+  std::uint32_t word;  ///< As its node names it.
+  float side;          ///< The longest of its triangles' boxes.
   const float* rows;
 };
 
@@ -47,21 +54,41 @@ HWY_INLINE void prefetch(const WideTree& tree, std::uint32_t child) {
     lines(&tree.nodes[child], sizeof(WideNode));
 }
 
+/// No triangle has it.
+inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
+
+/// The triangle of an object that a ray leaves.
+HWY_INLINE std::uint32_t left_in(const Ray& ray, std::uint32_t object) {
+  return ray.leaves.object == object ? ray.leaves.primitive : kNoTriangle;
+}
+
 /// A ray set up to rule out a leaf's triangles, eight at a time, in float. What is left goes to the one exact routine.
 struct LeafRay {
   LeafRay() = default;
-  LeafRay(const Ray& ray, const ClipRay& clip) : axes(RayAxes::of(ray.direction)), stray(clip.stray), t_min(ray.t_min) {
-    const int x = static_cast<int>(axes.x), y = static_cast<int>(axes.y), z = static_cast<int>(axes.z);
-    origin[0] = ray.origin[x];
-    origin[1] = ray.origin[y];
-    origin[2] = ray.origin[z];
-    inverse = 1 / ray.direction[z];
-    shear[0] = ray.direction[x] / ray.direction[z];  // 1/d may be infinite, where d is denormal
-    shear[1] = ray.direction[y] / ray.direction[z];
+  LeafRay(const Ray& ray, const ClipRay& clip, std::uint32_t object)
+      : axes(RayAxes::of(ray.direction)), stray(clip.stray), t_min(ray.t_min), left(left_in(ray, object)) {
+    float from[3], way[3];  // `Vec3::operator[]` branches
+    std::memcpy(from, &ray.origin, sizeof from);
+    std::memcpy(way, &ray.direction, sizeof way);
+    origin[0] = from[axes.x];
+    origin[1] = from[axes.y];
+    origin[2] = from[axes.z];
+    if (std::abs(clip.inverse[axes.z]) > 0x1p-100F) [[likely]] {
+      inverse = clip.inverse[axes.z];
+      shear[0] = way[axes.x] * inverse;
+      shear[1] = way[axes.y] * inverse;
+    } else {
+      inverse = 1 / way[axes.z];
+      shear[0] = way[axes.x] / way[axes.z];  // 1/d may be infinite, where d is denormal
+      shear[1] = way[axes.y] / way[axes.z];
+    }
     pad = clip.stray * std::abs(inverse) + static_cast<float>(kDenormalSlack);
   }
 
   /// The triangles from `first` on, as many as there are lanes, that may be hit at t ≤ limit: bits.
+  ///
+  /// The triangle that the ray leaves is out if the ray does run away from it: where |sum| > 8E (see below) it makes
+  /// more than 256u of a right angle with it, many times the roundings of its direction.
   ///
   /// A corner, seen from the ray (space being sheared as `TriangleRay` does it), is v − o − s·z: u·M for the
   /// difference, u·M for that of z, 2u·M for s, u·M for the product where it isn't fused and 2u·M for the result, less
@@ -80,14 +107,16 @@ struct LeafRay {
     struct Corner {
       hn::Vec<F8> x, y, z;
     };
-    const float* rows = leaf.rows + first;
+    const float* const row[3] = {leaf.rows + first + axes.x * leaf.count, leaf.rows + first + axes.y * leaf.count,
+                                 leaf.rows + first + axes.z * leaf.count};
+    const std::size_t to_next = 3 * leaf.count;
     const auto corner = [&](std::size_t k) HWY_ATTR {
-      const auto depth = hn::Sub(hn::LoadU(f, rows + (3 * k + axes.z) * leaf.count), hn::Set(f, origin[2]));
-      const auto across = [&](std::uint32_t axis, int i) HWY_ATTR {
-        const auto v = hn::Sub(hn::LoadU(f, rows + (3 * k + axis) * leaf.count), hn::Set(f, origin[i]));
+      const auto depth = hn::Sub(hn::LoadU(f, row[2] + k * to_next), hn::Set(f, origin[2]));
+      const auto across = [&](int i) HWY_ATTR {
+        const auto v = hn::Sub(hn::LoadU(f, row[i] + k * to_next), hn::Set(f, origin[i]));
         return hn::NegMulAdd(hn::Set(f, shear[i]), depth, v);
       };
-      return Corner{across(axes.x, 0), across(axes.y, 1), depth};
+      return Corner{across(0), across(1), depth};
     };
     const Corner a = corner(0), b = corner(1), c = corner(2);
     const auto wa = hn::NegMulAdd(c.y, b.x, hn::Mul(c.x, b.y));
@@ -103,11 +132,13 @@ struct LeafRay {
     const auto share = [&](const hn::Vec<F8>& w) HWY_ATTR { return hn::Mul(w, over_sum); };
     const auto t = hn::MulAdd(share(wa), ta, hn::MulAdd(share(wb), tb, hn::Mul(share(wc), tc)));
     const auto apart = hn::Mul(hn::Set(f, 8 * uncertain), hn::Sub(last_t, first_t));
-    const auto slack = hn::IfThenElse(hn::Gt(hn::Abs(sum), hn::Set(f, 8 * uncertain)),
-                                      hn::MulAdd(apart, hn::Abs(over_sum), hn::Set(f, 2 * pad)), hn::Set(f, kInfinity));
+    const auto faces = hn::Gt(hn::Abs(sum), hn::Set(f, 8 * uncertain));
+    const auto own = hn::And(faces, hn::RebindMask(f, hn::Eq(leaf.triangles(first), hn::Set(U8(), left))));
+    const auto slack =
+        hn::IfThenElse(faces, hn::MulAdd(apart, hn::Abs(over_sum), hn::Set(f, 2 * pad)), hn::Set(f, kInfinity));
     const auto behind = hn::Or(hn::Lt(last_t, hn::Set(f, t_min - pad)), hn::Lt(hn::Add(t, slack), hn::Set(f, t_min)));
     const auto beyond = hn::Or(hn::Gt(first_t, hn::Set(f, limit + pad)), hn::Gt(hn::Sub(t, slack), hn::Set(f, limit)));
-    const auto out = hn::Or(hn::And(one_side, other_side), hn::Or(behind, beyond));
+    const auto out = hn::Or(hn::Or(hn::And(one_side, other_side), own), hn::Or(behind, beyond));
     return ~bits_of(f, out) & ((1U << std::min(kLanes8, leaf.count - first)) - 1);
   }
 
@@ -115,6 +146,7 @@ struct LeafRay {
   float origin[3];  ///< In the order of the axes.
   float shear[2];
   float inverse, pad, stray, t_min;
+  std::uint32_t left;  ///< The triangle that the ray leaves.
 };
 
 /// Calls `hit(t, triangle)` for hits in the leaf at t ≤ limit; it returns the new limit, or `kStop`.

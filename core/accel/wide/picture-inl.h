@@ -6,6 +6,7 @@
 #define TESSERA_PICTURE_INL
 #endif
 
+#include <limits>
 #include <optional>
 
 #include "core/accel/wide/wide_ray-inl.h"
@@ -46,29 +47,39 @@ struct Picture {
 
 /// Sixteen by sixteen rays in their picture; the last one stands in for those that there are less. Blocks had better be
 /// small areas.
+///
+/// How far a ray is looked for is kept as 1/depth, "nearness", since along a plane that is linear in u and v.
 struct FanRays {
+  static constexpr float kNearest = std::numeric_limits<float>::max();
+
   alignas(64) float direction[3][kFanRays];  ///< In the picture's order.
+  alignas(64) float along[kFanRays];         ///< Depth for each t: the direction's size along the picture's axis.
   alignas(64) float t_min[kFanRays];
   alignas(64) float u[kFanRays], v[kFanRays];
-  alignas(64) float limit[kFanRays];  ///< Depth down to which a ray is looked for; −∞ for one that isn't.
+  alignas(64) std::uint32_t left[kFanRays];  ///< The triangle that a ray leaves; read of shadow rays.
+  /// What has less nearness doesn't matter to a ray, what has more than `sure` is sure to be less than what it hits so
+  /// far, and within its interval's end. `least` is ∞ for rays that aren't looked for.
+  alignas(64) float least[kFanRays], sure[kFanRays];
+  /// What has more nearness may lie before some ray's beginning.
+  float most = kNearest;
   alignas(64) float u_lo[kBlocks], u_hi[kBlocks], v_lo[kBlocks], v_hi[kBlocks];
-  alignas(64) float farthest[kBlocks];          ///< The greatest limit in a block.
-  std::uint32_t lowered = (1U << kBlocks) - 1;  ///< Blocks whose `farthest` is out of date: bits.
-  std::uint32_t irregular[kBlocks];             ///< Rays whose longest axis isn't the picture's depth: bits.
+  alignas(64) float block_least[kBlocks];      ///< The least `least` in a block.
+  std::uint32_t raised = (1U << kBlocks) - 1;  ///< Blocks whose `block_least` is out of date: bits.
 
-  HWY_INLINE void update_farthest() {
+  HWY_INLINE void update_blocks() {
     const F16 f;
-    for (; lowered != 0; lowered &= lowered - 1) {
-      const auto block = static_cast<std::size_t>(std::countr_zero(lowered));
-      auto most = hn::Load(f, limit + block * kBlockRays);
+    for (; raised != 0; raised &= raised - 1) {
+      const auto block = static_cast<std::size_t>(std::countr_zero(raised));
+      auto lowest = hn::Load(f, least + block * kBlockRays);
       for (std::size_t k = kLanes16; k < kBlockRays; k += kLanes16)
-        most = hn::Max(most, hn::Load(f, limit + block * kBlockRays + k));
-      farthest[block] = hn::GetLane(hn::MaxOfLanes(f, most));
+        lowest = hn::Min(lowest, hn::Load(f, least + block * kBlockRays + k));
+      block_least[block] = hn::GetLane(hn::MinOfLanes(f, lowest));
     }
   }
 };
 
-/// The picture of rays that leave the apex (`away` is 1) or lead to it (−1); fills in `fan` but for limits. Nothing
+/// The picture of rays that leave the apex (`away` is 1) or lead to it (−1); fills in `fan` but for
+/// what is known of the rays' hits. Nothing
 /// where they point so far apart that one picture can't hold them, where one may hit what lies behind its origin, or
 /// where the scale is so small or large that a float's range gets in the way. Precondition: there are rays.
 inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, std::span<const Ray> rays, float away,
@@ -96,7 +107,6 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
   auto longest = hn::Zero(f);
   for (std::size_t block = 0; block < kBlocks; ++block) {
     auto u_lo = hn::Set(f, kInfinity), v_lo = u_lo, u_hi = hn::Set(f, -kInfinity), v_hi = u_hi;
-    std::uint32_t irregular = 0;
     for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
       const std::size_t i = block * kBlockRays + k;
       const auto x = hn::Load(f, fan.direction[0] + i), y = hn::Load(f, fan.direction[1] + i),
@@ -105,7 +115,7 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
       fits = hn::And(fits,
                      hn::And(hn::Le(across, hn::Mul(widest, along)), hn::Ge(hn::Load(f, fan.t_min + i), hn::Zero(f))));
       longest = hn::Max(longest, hn::Max(across, along));
-      irregular |= bits_of(f, hn::Not(hn::Gt(along, across))) << k;
+      hn::Store(along, f, fan.along + i);
       const auto u = hn::Div(x, z), v = hn::Div(y, z);
       hn::Store(u, f, fan.u + i);
       hn::Store(v, f, fan.v + i);
@@ -114,7 +124,6 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
       v_lo = hn::Min(v_lo, v);
       v_hi = hn::Max(v_hi, v);
     }
-    fan.irregular[block] = irregular;
     fan.u_lo[block] = hn::GetLane(hn::MinOfLanes(f, u_lo));
     fan.u_hi[block] = hn::GetLane(hn::MaxOfLanes(f, u_hi));
     fan.v_lo[block] = hn::GetLane(hn::MinOfLanes(f, v_lo));

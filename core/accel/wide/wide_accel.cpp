@@ -83,7 +83,7 @@ bool WideAccel::occluded_by(std::uint32_t object, const Ray& world, TraceLog log
   if (log.tested) log.tested->mark(object);
   if (std::holds_alternative<TriangleMesh>(shape)) {
     std::uint8_t hidden = 0;
-    if (is_traceable(ray)) kernels_.occluded(tree(o.shape), {&ray, 1}, {&hidden, 1}, log.counts);
+    if (is_traceable(ray)) kernels_.occluded(tree(o.shape), object, {&ray, 1}, {&hidden, 1}, log.counts);
     return hidden;
   }
   const bool hit = intersect_single(shape, ray).has_value();
@@ -239,15 +239,15 @@ void WideAccel::occluded_on(std::uint32_t object, std::optional<Vec3> apex, std:
   const WideTree& mesh = tree(o.shape);
   if (!apex && rays.size() < kLeastStream) {
     for (std::size_t i = 0; i < rays.size(); ++i)
-      kernels_.occluded(mesh, rays.subspan(i, 1), hidden.subspan(i, 1), counts);
+      kernels_.occluded(mesh, object, rays.subspan(i, 1), hidden.subspan(i, 1), counts);
     return;
   }
-  if (!apex) return kernels_.occluded(mesh, rays, hidden, counts);
+  if (!apex) return kernels_.occluded(mesh, object, rays, hidden, counts);
   for (std::size_t first = 0; first < rays.size(); first += kFanRays) {
     const std::size_t count = std::min(kFanRays, rays.size() - first);
     const auto some = rays.subspan(first, count);
-    if (!kernels_.occluded_fan(mesh, *apex, some, hidden.subspan(first, count), counts))
-      kernels_.occluded(mesh, some, hidden.subspan(first, count), counts);
+    if (!kernels_.occluded_fan(mesh, object, *apex, some, hidden.subspan(first, count), counts))
+      kernels_.occluded(mesh, object, some, hidden.subspan(first, count), counts);
   }
 }
 

@@ -35,18 +35,19 @@ void closest(const WideTree& tree, std::uint32_t object, std::span<const Ray> ra
   counted(counts, [&](auto tally) HWY_ATTR {
     if (rays.size() == 1) {
       const TreeFrame frame(tree);
-      SingleRay(tree, frame, rays[0])
+      SingleRay(tree, frame, object, rays[0])
           .visit(std::min(hits[0].t, rays[0].t_max), tally,
                  [&](float t, std::uint32_t triangle) HWY_ATTR { return on_hit(0, t, triangle); });
       return;
     }
     std::vector<float> limits(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = std::min(hits[i].t, rays[i].t_max);
-    stream_rays(tree, rays, limits, tally, on_hit);
+    stream_rays(tree, object, rays, limits, tally, on_hit);
   });
 }
 
-void occluded(const WideTree& tree, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TestCounts* counts) {
+void occluded(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
+              TestCounts* counts) {
   if (tree.nodes.empty()) return;
   const auto on_hit = [&](std::size_t ray) HWY_ATTR {
     hidden[ray] = 1;
@@ -56,14 +57,15 @@ void occluded(const WideTree& tree, std::span<const Ray> rays, std::span<std::ui
     if (rays.size() == 1) {
       const TreeFrame frame(tree);
       if (!hidden[0])
-        SingleRay(tree, frame, rays[0]).visit(rays[0].t_max, tally, [&](float, std::uint32_t) HWY_ATTR {
+        SingleRay(tree, frame, object, rays[0]).visit(rays[0].t_max, tally, [&](float, std::uint32_t) HWY_ATTR {
           return on_hit(0);
         });
       return;
     }
     std::vector<float> limits(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = hidden[i] ? kStop : rays[i].t_max;
-    stream_rays(tree, rays, limits, tally, [&](std::size_t ray, float, std::uint32_t) HWY_ATTR { return on_hit(ray); });
+    stream_rays(tree, object, rays, limits, tally,
+                [&](std::size_t ray, float, std::uint32_t) HWY_ATTR { return on_hit(ray); });
   });
 }
 
@@ -73,19 +75,19 @@ bool closest_fan(const WideTree& tree, std::uint32_t object, std::span<const Ray
   FanRays fan;
   const std::optional<Picture> picture = take_picture(TreeFrame(tree), rays[0].origin, rays, 1, fan);
   if (!picture) return false;
-  ClosestFan closest(*picture, rays, object, hits, fan);
+  ClosestFan closest(tree, *picture, rays, object, hits, fan);
   counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, closest, tally).run(); });
   closest.finish();
   return true;
 }
 
-bool occluded_fan(const WideTree& tree, Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
-                  TestCounts* counts) {
+bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::span<const Ray> rays,
+                  std::span<std::uint8_t> hidden, TestCounts* counts) {
   if (tree.nodes.empty() || rays.empty()) return true;
   FanRays fan;
   const std::optional<Picture> picture = take_picture(TreeFrame(tree), apex, rays, -1, fan);
   if (!picture) return false;
-  OccludedFan occluded(*picture, rays, hidden, fan);
+  OccludedFan occluded(tree, *picture, object, rays, hidden, fan);
   counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, occluded, tally).run(); });
   return true;
 }

@@ -24,7 +24,8 @@ struct WideKernels {
                   TestCounts* counts);
 
   /// Sets `hidden[i]` where ray i hits anything; rays that are hidden already aren't traced.
-  void (*occluded)(const WideTree&, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TestCounts* counts);
+  void (*occluded)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
+                   TestCounts* counts);
 
   /// As `closest`, for up to `kFanRays` rays of one origin; those that are neighbours by sixteens should be so in
   /// space. False, and nothing done, where the rays point too far apart for a picture.
@@ -32,8 +33,8 @@ struct WideKernels {
                       TestCounts* counts);
 
   /// As `occluded`, for rays that lead to `apex`: see `Accel::occluded_fan`.
-  bool (*occluded_fan)(const WideTree&, Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
-                       TestCounts* counts);
+  bool (*occluded_fan)(const WideTree&, std::uint32_t object, Vec3 apex, std::span<const Ray> rays,
+                       std::span<std::uint8_t> hidden, TestCounts* counts);
 };
 
 /// The best for this machine, settled at the first call.

@@ -49,8 +49,8 @@ struct TreeFrame {
           (1 + 4 * kUnitRoundoff));
     }
   }
-  float center[3];
-  float half[3];  ///< From there to the farther side, or a little more.
+  alignas(16) float center[4] = {};
+  alignas(16) float half[4] = {};  ///< From there to the farther side, or a little more.
 };
 
 /// A row of a node's planes along an axis, relative to the centre.
@@ -76,31 +76,30 @@ HWY_INLINE hn::Vec<F8> planes(const WideNode& node, std::size_t row, int axis, c
 /// the wrong sign, and the axis is left out.
 struct ClipRay {
   ClipRay() = default;
-  ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
-    const float least = max_component(abs(ray.direction)) * kLeastSlope;
-    float from[3], reach = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      from[axis] = ray.origin[axis] - frame.center[axis];
-      reach = std::max(reach, std::abs(from[axis]) + frame.half[axis]);
-    }
-    stray =
-        8 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach + 8 * static_cast<float>(kDenormalStep);
-    for (int axis = 0; axis < 3; ++axis) {
-      inverse[axis] = 1 / at_least(least, ray.direction[axis]);
-      if (!(4 * reach * std::abs(inverse[axis]) <= std::numeric_limits<float>::max())) [[unlikely]] {
-        inverse[axis] = 0;
-        near_start[axis] = -kInfinity;
-        far_start[axis] = kInfinity;
-        continue;
-      }
-      const float pad = 2 * stray * std::abs(inverse[axis]) + static_cast<float>(kDenormalSlack);
-      near_start[axis] = -from[axis] * inverse[axis] - pad;
-      far_start[axis] = -from[axis] * inverse[axis] + pad;
-    }
+  HWY_INLINE ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
+    const hn::FixedTag<float, 4> f;  // the three axes; the fourth lane is any number of the ray's
+    const auto axes = hn::FirstN(f, 3);
+    const auto direction = hn::LoadU(f, &ray.direction.x), size = hn::IfThenElseZero(axes, hn::Abs(direction));
+    const auto from = hn::Sub(hn::LoadU(f, &ray.origin.x), hn::Load(f, frame.center));
+    const auto far_side = hn::IfThenElseZero(axes, hn::Add(hn::Abs(from), hn::Load(f, frame.half)));
+    const auto reach = hn::MaxOfLanes(f, far_side);
+    const auto off = hn::MulAdd(reach, hn::Set(f, 8 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff))),
+                                hn::Set(f, 8 * static_cast<float>(kDenormalStep)));
+    const auto least = hn::Mul(hn::MaxOfLanes(f, size), hn::Set(f, kLeastSlope));
+    const auto over = hn::Div(hn::Set(f, 1.0F), hn::CopySign(hn::Max(size, least), direction));
+    const auto in_range =
+        hn::Le(hn::Mul(hn::Mul(hn::Set(f, 4.0F), reach), hn::Abs(over)), hn::Set(f, std::numeric_limits<float>::max()));
+    const auto kept = hn::IfThenElseZero(in_range, over), start = hn::Neg(hn::Mul(from, kept));
+    const auto pad = hn::IfThenElse(
+        in_range, hn::MulAdd(hn::Add(off, off), hn::Abs(kept), hn::Set(f, static_cast<float>(kDenormalSlack))),
+        hn::Set(f, kInfinity));
+    hn::Store(kept, f, inverse);
+    hn::Store(hn::Sub(start, pad), f, near_start);
+    hn::Store(hn::Add(start, pad), f, far_start);
+    stray = hn::GetLane(off);
   }
 
-  float inverse[3];
-  float near_start[3], far_start[3];
+  alignas(16) float inverse[4], near_start[4], far_start[4];
   float t_min;
   float stray;  ///< 8u·M: as far as a point is off, in space.
 };
@@ -108,9 +107,11 @@ struct ClipRay {
 /// The axes across a ray and along it, as `TriangleRay` has them.
 struct RayAxes {
   static RayAxes of(Vec3 direction) {
+    // Without branches, since rays of all directions come in any order.
     const Vec3 size = abs(direction);
-    const std::uint32_t z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-    return {(z + 1) % 3, (z + 2) % 3, z};
+    const std::uint32_t of_two = !(size.x > size.y), is_third = !(std::max(size.x, size.y) > size.z);
+    const std::uint32_t z = (of_two & (is_third - 1)) | is_third << 1;
+    return {0b001001U >> 2 * z & 3, 0b010010U >> 2 * z & 3, z};
   }
   std::uint32_t x, y, z;
 };
@@ -168,6 +169,46 @@ HWY_INLINE std::uint32_t far_to_near(const WideNode& node, std::uint32_t octant)
       reinterpret_cast<const std::uint8_t*>(&node) + offsetof(WideNode, order) + std::size_t{3} * (octant ^ 7) - 1,
       sizeof packed);
   return packed >> 8;
+}
+
+/// Writes the children that a ray of an octant enters before `limit`, and where it enters them, farthest first; says
+/// how many they are, and may write up to eight of each. They go there all at once, in the order that the node keeps
+/// for the octant (Fuetterling et al. 2017): no sorting, and no branch that depends on how many there are.
+HWY_INLINE int enter_children(const WideNode& node, std::uint32_t octant, const PlaneRows& rows, const TreeFrame& frame,
+                              const ClipRay& ray, float limit, std::uint32_t* child, float* entry) {
+  const F8 f;
+  const U8 u;
+  std::uint32_t order = far_to_near(node, octant);
+  if constexpr (kLanes8 == 8) {
+    hn::Vec<F8> enter;
+    const auto missed = ChildPlanes(node, 0, rows, frame).missed_by(ray, limit, enter);
+    const auto entered = hn::IfThenElse(hn::RebindMask(u, missed), hn::Set(u, kNoChild), hn::LoadU(u, node.child));
+    alignas(32) static constexpr std::uint32_t kShifts[8] = {0, 3, 6, 9, 12, 15, 18, 21};
+    const auto at = hn::And(hn::Shr(hn::Set(u, order), hn::Load(u, kShifts)), hn::Set(u, 7));
+    const auto sorted = hn::TableLookupLanes(entered, hn::IndicesFromVec(u, at));
+    const auto kept = hn::Ne(sorted, hn::Set(u, kNoChild));
+    const auto sorted_enter = hn::TableLookupLanes(enter, hn::IndicesFromVec(f, at));
+    hn::StoreU(hn::Compress(sorted, kept), u, child);
+    hn::StoreU(hn::Compress(sorted_enter, hn::RebindMask(f, kept)), f, entry);
+    return static_cast<int>(hn::CountTrue(u, kept));
+  } else {
+    std::uint32_t children[8];
+    float entries[8];
+    for (std::size_t first = 0; first < 8; first += kLanes8) {
+      hn::Vec<F8> enter;
+      const auto missed = ChildPlanes(node, first, rows, frame).missed_by(ray, limit, enter);
+      hn::StoreU(hn::IfThenElse(hn::RebindMask(u, missed), hn::Set(u, kNoChild), hn::LoadU(u, node.child + first)), u,
+                 children + first);
+      hn::StoreU(enter, f, entries + first);
+    }
+    int count = 0;
+    for (int i = 0; i < 8; ++i, order >>= 3) {
+      child[count] = children[order & 7];
+      entry[count] = entries[order & 7];
+      count += child[count] != kNoChild;
+    }
+    return count;
+  }
 }
 
 }  // namespace tessera::HWY_NAMESPACE

@@ -51,10 +51,14 @@ class SecondaryRays {
     SurfacePoint from = world_surface(*scene_.scene, hit.object, hit.primitive, ray, hit.t);
     if (dot(from.geometric_normal, to_double(ray.direction)) > 0) from.geometric_normal = -from.geometric_normal;
     const Vec3d to_light = to_double(scene_.light) - from.position;
+    const auto leave = [&](RaySet& set, Ray out) {
+      out.leaves = left_by(out.direction, to_float(from.geometric_normal), {hit.object, hit.primitive});
+      set.rays.push_back(out);
+    };
     if (dot(from.geometric_normal, to_light) > 0)
-      shadow_.rays.push_back(illuminate(PointLight{scene_.light, {}}, spawn_origin(from, to_light)).shadow_ray);
-    ao_.rays.push_back(bounce(from, short_way_));
-    diffuse_.rays.push_back(bounce(from, kInfinity));
+      leave(shadow_, illuminate(PointLight{scene_.light, {}}, spawn_origin(from, to_light)).shadow_ray);
+    leave(ao_, bounce(from, short_way_));
+    leave(diffuse_, bounce(from, kInfinity));
   }
 
   /// A tile of first-level rays ends: one light's shadow rays are handed over with it.

@@ -8,7 +8,7 @@ namespace tessera {
 struct TestCounts {
   std::uint64_t volume_tests = 0;  ///< Rays clipped against a bounding volume, or taken through a cell or a plane.
   std::uint64_t volume_hits = 0;   ///< Of those, the ones that had to be looked into.
-  std::uint64_t object_tests = 0;  ///< Calls of a primitive's `intersect`.
+  std::uint64_t object_tests = 0;  ///< Calls of a primitive's `intersect`, or hits that were sure without.
   std::uint64_t object_hits = 0;   ///< Of those, the ones that hit.
   std::uint64_t false_hits = 0;    ///< Leaves and groups that were looked into, and nothing in them was hit.
 

@@ -51,7 +51,7 @@ void Whitted::shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::
 
   const Vec3 direction = UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   const Shading at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction);
-  point.origin = spawn_origin(at.surface, to_double(at.to_viewer));
+  point.origin = spawn_origin(at.surface, to_double(at.flat_normal));
   point.surface = {hit.object, hit.primitive};
   point.flat_normal = at.flat_normal;
   point.normal = at.normal;
@@ -69,7 +69,7 @@ void Whitted::spawn(const Material& material, const Shading& at, const LitPoint&
                         material.reflect * reflected, point.sum);
   if (!material.transmit.is_black())
     if (const auto bent = refracted(at, eta)) {
-      const Vec3 origin = spawn_origin(at.surface, to_double(direction));
+      const Vec3 origin = spawn_origin(at.surface, to_double(-at.flat_normal));
       level.refracted.add(leaving(origin, *bent, -at.flat_normal, point.surface), material.transmit * passed,
                           point.sum);
     }

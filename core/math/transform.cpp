@@ -58,8 +58,9 @@ std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows
   const auto traced = inverse(rounded);
   if (!traced) return std::nullopt;
   out.local_to_world_ = *traced;
-  // A direction's rounding is 3u·‖|W|·|L|‖ of its size; a search takes 256u of it for "runs away".
-  out.turns_little_ = product_norm(out.world_to_local_, out.local_to_world_) <= 32;
+  // By its rounding, and that of `left_by`, a direction is turned by 7√3u·‖|W|·|L|‖ at most; a search takes more than
+  // 130u for "runs away".
+  out.turns_little_ = product_norm(out.world_to_local_, out.local_to_world_) <= 8;
   return out;
 }
 
@@ -67,11 +68,13 @@ Ray Transform::to_local(const Ray& world) const {
   const auto& m = world_to_local_;
   const Vec3 o = world.origin, d = world.direction;
   const auto linear = [&](int i, Vec3 v) { return m[i * 4] * v.x + m[i * 4 + 1] * v.y + m[i * 4 + 2] * v.z; };
-  return {{linear(0, o) + m[3], linear(1, o) + m[7], linear(2, o) + m[11]},
-          {linear(0, d), linear(1, d), linear(2, d)},
-          world.t_min,
-          world.t_max,
-          turns_little_ ? world.leaves : kNoPrimitive};
+  Ray local{{linear(0, o) + m[3], linear(1, o) + m[7], linear(2, o) + m[11]},
+            {linear(0, d), linear(1, d), linear(2, d)},
+            world.t_min,
+            world.t_max};
+  constexpr float kFarFromDenormal = 0x1p-100F;
+  if (turns_little_ && max_component(abs(local.direction)) >= kFarFromDenormal) local.leaves = world.leaves;
+  return local;
 }
 
 Vec3d Transform::point_to_world(Vec3d p) const {

@@ -69,9 +69,9 @@ Cost cost_of(AccelKind kind, const Level& level, bool of_primitives) {
       return {50'000 * level.items, tree.walk * 1.2 + beside_cells};
     case AccelKind::wide:
       // Triangles are what it is wide over; it is a tree of boxes over objects. A third: rays at large. Whole tiles of
-      // camera and shadow rays cost less, a few rays into each of many small meshes more.
+      // camera and shadow rays cost less, a few rays into each of many small meshes more. Long triangles are split.
       if (!of_primitives) break;
-      return {300 * level.items, kSetUp + (tree.walk + beside_boxes) / 3};
+      return {300 * level.items, kSetUp + (tree.walk + std::min(beside_boxes, beside_cells)) / 3};
     default:
       break;
   }

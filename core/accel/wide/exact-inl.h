@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <optional>
 
 #include "core/accel/wide/leaf-inl.h"
@@ -82,7 +83,9 @@ class ExactQueue {
       : rays_(rays),
         ray_words_(&rays.data()->origin.x),
         words_(reinterpret_cast<const float*>(tree.leaves.data())),
-        leaves_(tree.leaves.data()) {}
+        leaves_(tree.leaves.data()) {
+    static_assert(offsetof(Ray, direction) == 3 * sizeof(float) && sizeof(Ray) % sizeof(float) == 0);
+  }
 
   bool full() const { return count_ == kPairs; }
 

@@ -19,8 +19,8 @@ struct SeenTriangles {
   /// Edge i's function is u·du[i] + v·dv[i] + at[i], not negative for rays that may pass inside; rays for which all
   /// three are `inside` or more surely do.
   alignas(32) float du[3][8], dv[3][8], at[3][8], inside[8];
-  /// A ray meets the plane at a nearness of base + by_edge[0]·(edge 0's function) + by_edge[1]·(edge 2's), to `error`.
-  alignas(32) float base[8], by_edge[2][8], error[8];
+  /// A ray meets the plane at a nearness of base and by_edge[i] times the edges' functions, to `error`.
+  alignas(32) float base[8], by_edge[3][8], error[8];
   alignas(32) std::uint32_t number[8];  ///< `kNobody` where it isn't sure which side a ray comes from.
   static constexpr std::uint32_t kNobody = kNoTriangle - 1;
 };
@@ -209,7 +209,9 @@ class Fan {
       const auto e0 = edge(0), e1 = edge(1), e2 = edge(2), least = hn::Min(e0, hn::Min(e1, e2));
       const auto across = hn::And(hn::Ge(u, of(seen.u_lo)), hn::Le(u, of(seen.u_hi)));
       const auto down = hn::And(hn::Ge(v, of(seen.v_lo)), hn::Le(v, of(seen.v_hi)));
-      const auto near = hn::MulAdd(e0, of(seen.by_edge[0]), hn::MulAdd(e2, of(seen.by_edge[1]), of(seen.base)));
+      const auto near =
+          hn::MulAdd(e0, of(seen.by_edge[0]),
+                     hn::MulAdd(e1, of(seen.by_edge[1]), hn::MulAdd(e2, of(seen.by_edge[2]), of(seen.base))));
       const auto most = hn::Add(near, of(seen.error));
       auto maybe = hn::And(hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(most, hn::Set(f, fan_.least[ray]))),
                            hn::And(across, down));
@@ -224,9 +226,10 @@ class Fan {
     possible &= (1U << leaf.count) - 1;
     for (; possible != 0; possible &= possible - 1) {
       const auto i = static_cast<std::size_t>(std::countr_zero(possible));
+      if (!(high[i] >= fan_.least[ray])) continue;
       if (inside >> i & 1 && rays_.take_one(ray, low[i], high[i], leaf, i))
         tally_.object(true);
-      else if (high[i] >= fan_.least[ray])
+      else
         rays_.test(ray, leaf, i, tally_);
     }
   }
@@ -240,7 +243,8 @@ class Fan {
     const hn::Vec<F16> du[3] = {of(seen.du[0]), of(seen.du[1]), of(seen.du[2])};
     const hn::Vec<F16> dv[3] = {of(seen.dv[0]), of(seen.dv[1]), of(seen.dv[2])};
     const hn::Vec<F16> at[3] = {of(seen.at[0]), of(seen.at[1]), of(seen.at[2])};
-    const auto base = of(seen.base), by_edge0 = of(seen.by_edge[0]), by_edge2 = of(seen.by_edge[1]);
+    const hn::Vec<F16> by_edge[3] = {of(seen.by_edge[0]), of(seen.by_edge[1]), of(seen.by_edge[2])};
+    const auto base = of(seen.base);
     const auto error = of(seen.error), inside = of(seen.inside);
     for (; covered != 0; covered &= covered - 1) {
       const auto block = static_cast<std::size_t>(std::countr_zero(covered));
@@ -249,7 +253,7 @@ class Fan {
         const auto u = hn::Load(f, fan_.u + first), v = hn::Load(f, fan_.v + first);
         const auto edge = [&](int e) HWY_ATTR { return hn::MulAdd(u, du[e], hn::MulAdd(v, dv[e], at[e])); };
         const auto e0 = edge(0), e1 = edge(1), e2 = edge(2), least = hn::Min(e0, hn::Min(e1, e2));
-        const auto near = hn::MulAdd(e0, by_edge0, hn::MulAdd(e2, by_edge2, base));
+        const auto near = hn::MulAdd(e0, by_edge[0], hn::MulAdd(e1, by_edge[1], hn::MulAdd(e2, by_edge[2], base)));
         const auto low = hn::Sub(near, error), high = hn::Add(near, error);
         auto maybe = hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(high, hn::Load(f, fan_.least + first)));
         if constexpr (Rays::kLeave) {
@@ -274,8 +278,8 @@ class Fan {
   /// Let p be the greatest of (stray/depth)·(1 + |x/depth|) over the corners. A corner is off by 5/16 of that, with
   /// what the ray's line passes the apex by. Edge functions of rays that do pass inside lie within the triangle's
   /// extent l in the picture, so their error is less than 2.5pl + 0.8p², and p·l for roundings: 16p(l + p) is far more,
-  /// and is added to them. A triangle that reaches to the apex, or whose winding in the picture isn't certain, is left
-  /// to the exact routine everywhere in its area.
+  /// and is added to them. A triangle whose winding in the picture isn't certain is left to the exact routine
+  /// everywhere in its area.
   ///
   /// Nearness, 1/depth, of a corner is off by a share of 6.1u·M/depth. Along the triangle it is corner a's, and shares
   /// of what b's and c's are more: edge functions over the area, each off by a quarter of the slack, the area by
@@ -324,17 +328,6 @@ class Fan {
         hn::Le(farthest, zero), hn::Set(f, -1.0F),
         hn::IfThenElse(reaches, hn::Set(f, FanRays::kNearest), hn::Min(near, hn::Set(f, FanRays::kNearest))));
     hn::Store(nearness, f, seen.nearness + first);
-    if (!hn::AllFalse(f, reaches)) {
-      const AreaOf area_of(nearest, farthest);
-      const auto box = [&](int i, float* lo, float* hi) HWY_ATTR {
-        const auto at = [&](std::size_t k) HWY_ATTR { return hn::Mul(sign, relative(k, i)); };
-        const auto least = hn::Sub(min3(at(0), at(1), at(2)), stray), most = hn::Add(max3(at(0), at(1), at(2)), stray);
-        hn::Store(hn::IfThenElse(reaches, area_of.low(least), hn::Load(f, lo)), f, lo);
-        hn::Store(hn::IfThenElse(reaches, area_of.high(most), hn::Load(f, hi)), f, hi);
-      };
-      box(0, seen.u_lo + first, seen.u_hi + first);
-      box(1, seen.v_lo + first, seen.v_hi + first);
-    }
     const auto turned = hn::CopySignToAbs(one, area);
     const auto edge = [&](int i, const Corner& from, const Corner& to) HWY_ATTR {
       const auto along_u = hn::Mul(turned, hn::Sub(to.u, from.u)), along_v = hn::Mul(turned, hn::Sub(to.v, from.v));
@@ -355,13 +348,78 @@ class Fan {
         hn::MulAdd(slack, hn::Add(hn::Abs(by_edge0), hn::Abs(by_edge2)), hn::Mul(near, hn::Add(off, off)));
     const auto after_start = hn::Lt(hn::Add(near, error), hn::Set(f, fan_.most));
     hn::Store(hn::IfThenElseZero(known, by_edge0), f, seen.by_edge[0] + first);
-    hn::Store(hn::IfThenElseZero(known, by_edge2), f, seen.by_edge[1] + first);
+    hn::Store(zero, f, seen.by_edge[1] + first);
+    hn::Store(hn::IfThenElseZero(known, by_edge2), f, seen.by_edge[2] + first);
     hn::Store(hn::IfThenElse(known, base, nearness), f, seen.base + first);
     hn::Store(hn::IfThenElseZero(known, error), f, seen.error + first);
     hn::Store(hn::IfThenElse(hn::And(known, after_start), hn::Add(slack, slack), hn::Set(f, kInfinity)), f,
               seen.inside + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), known), leaf.triangles(first), hn::Set(U8(), SeenTriangles::kNobody)),
               U8(), seen.number + first);
+    if (!hn::AllFalse(f, reaches)) see_reaching(leaf, first, nearest, farthest, seen);
+  }
+
+  /// What becomes of triangles that reach to the apex or behind it: `see` gives them no end and no edges.
+  ///
+  /// Their edges are planes through the apex, e.g. normal a×b, and a ray's nearness is the sum of its places beside the
+  /// three over det(a, b, c). Let corners lie within m of the apex, and s = 16um + 2uM, more than they are off with
+  /// what the ray's line passes the apex by. Normals are off by 4sm, and functions of (u, v, 1), with |u|, |v| ≤ 4, by
+  /// 36sm and roundings: 40sm is added to them. The determinant is off by 18sm² and roundings, less than 24sm². Where
+  /// that is less than a 16th of it, a nearness is at most an 8th more than computed.
+  HWY_INLINE void see_reaching(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
+                               const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
+    const F8 f;
+    const auto sign = hn::Set(f, picture_.sign), stray = hn::Set(f, picture_.stray), zero = hn::Zero(f);
+    const std::uint32_t axes[3] = {picture_.axes.x, picture_.axes.y, picture_.axes.z};
+    struct Corner {
+      hn::Vec<F8> x, y, z;
+    };
+    const auto corner = [&](std::size_t k) HWY_ATTR {
+      const auto at = [&](int i) HWY_ATTR {
+        const auto v = hn::LoadU(f, leaf.rows + first + (3 * k + axes[i]) * leaf.count);
+        return hn::Mul(sign, hn::Sub(v, hn::Set(f, picture_.apex[i])));
+      };
+      return Corner{at(0), at(1), at(2)};
+    };
+    const Corner a = corner(0), b = corner(1), c = corner(2);
+
+    const auto reaches = hn::Le(nearest, zero);
+    const AreaOf area_of(nearest, farthest);
+    const auto box = [&](const auto& p, const auto& q, const auto& r, float* lo, float* hi) HWY_ATTR {
+      const auto least = hn::Sub(hn::Min(p, hn::Min(q, r)), stray), most = hn::Add(hn::Max(p, hn::Max(q, r)), stray);
+      hn::Store(hn::IfThenElse(reaches, area_of.low(least), hn::Load(f, lo)), f, lo);
+      hn::Store(hn::IfThenElse(reaches, area_of.high(most), hn::Load(f, hi)), f, hi);
+    };
+    box(a.x, b.x, c.x, seen.u_lo + first, seen.u_hi + first);
+    box(a.y, b.y, c.y, seen.v_lo + first, seen.v_hi + first);
+
+    const auto across = [](const Corner& p, const Corner& q) HWY_ATTR {
+      return Corner{hn::NegMulAdd(p.z, q.y, hn::Mul(p.y, q.z)), hn::NegMulAdd(p.x, q.z, hn::Mul(p.z, q.x)),
+                    hn::NegMulAdd(p.y, q.x, hn::Mul(p.x, q.y))};
+    };
+    const auto largest = [](const Corner& p)
+                             HWY_ATTR { return hn::Max(hn::Abs(p.x), hn::Max(hn::Abs(p.y), hn::Abs(p.z))); };
+    const Corner normals[3] = {across(a, b), across(b, c), across(c, a)};
+    const auto m = hn::Max(largest(a), hn::Max(largest(b), largest(c)));
+    const auto s =
+        hn::MulAdd(m, hn::Set(f, 16 * static_cast<float>(kUnitRoundoff)), hn::Mul(stray, hn::Set(f, 0.125F)));
+    const auto sm = hn::Mul(s, m), slack = hn::Mul(sm, hn::Set(f, 40.0F));
+    const auto det = hn::MulAdd(normals[1].x, a.x, hn::MulAdd(normals[1].y, a.y, hn::Mul(normals[1].z, a.z)));
+    const auto off = hn::Mul(hn::Mul(sm, m), hn::Set(f, 24.0F)), size = hn::Abs(det);
+    const auto sided = hn::And(hn::And(reaches, hn::Gt(farthest, zero)), hn::Gt(size, off));
+    const auto sure = hn::And(sided, hn::Gt(size, hn::Mul(off, hn::Set(f, 16.0F))));
+    const auto blend = [&](const auto& mask, const auto& value, float* to)
+                           HWY_ATTR { hn::Store(hn::IfThenElse(mask, value, hn::Load(f, to)), f, to); };
+    const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), by_edge = hn::Div(hn::Set(f, 1.125F), size);
+    for (int i = 0; i < 3; ++i) {
+      blend(sided, hn::Mul(turned, normals[i].x), seen.du[i] + first);
+      blend(sided, hn::Mul(turned, normals[i].y), seen.dv[i] + first);
+      blend(sided, hn::MulAdd(turned, normals[i].z, slack), seen.at[i] + first);
+      blend(sure, by_edge, seen.by_edge[i] + first);
+    }
+    blend(sure, zero, seen.base + first);
+    const auto numbers = hn::Load(U8(), seen.number + first);
+    hn::Store(hn::IfThenElse(hn::RebindMask(U8(), sure), leaf.triangles(first), numbers), U8(), seen.number + first);
   }
 
   const WideTree& tree_;

@@ -191,7 +191,7 @@ class ClosestFan {
   FanRays& fan_;
   ExactQueue queue_;
   alignas(64) float best_t_[kFanRays];  ///< Of those that were tested.
-  alignas(64) std::int32_t best_triangle_[kFanRays];
+  alignas(64) std::int32_t best_triangle_[kFanRays] = {};
   /// Of the triangle that was taken: as in `ExactQueue`. Others' places can be read too.
   alignas(64) std::int32_t corner_[kFanRays] = {}, row_[kFanRays] = {};
   std::uint32_t taken_[kBlocks] = {};  ///< Rays that surely hit something: bits.

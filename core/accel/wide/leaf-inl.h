@@ -88,7 +88,7 @@ struct LeafRay {
   /// The triangles from `first` on, as many as there are lanes, that may be hit at t ≤ limit: bits.
   ///
   /// The triangle that the ray leaves is out if the ray does run away from it: where |sum| > 8E (see below) it makes
-  /// more than 256u of a right angle with it, many times the roundings of its direction.
+  /// more than 130u with it, many times the roundings of its direction.
   ///
   /// A corner, seen from the ray (space being sheared as `TriangleRay` does it), is v − o − s·z: u·M for the
   /// difference, u·M for that of z, 2u·M for s, u·M for the product where it isn't fused and 2u·M for the result, less

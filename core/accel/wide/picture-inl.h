@@ -58,7 +58,7 @@ struct FanRays {
   alignas(64) float u[kFanRays], v[kFanRays];
   alignas(64) std::uint32_t left[kFanRays];  ///< The triangle that a ray leaves; read of shadow rays.
   /// What has less nearness doesn't matter to a ray, what has more than `sure` is sure to be less than what it hits so
-  /// far, and within its interval's end. `least` is ∞ for rays that aren't looked for.
+  /// far, and within its interval's end. `least` is ∞ for rays that aren't looked for: nothing has as much.
   alignas(64) float least[kFanRays], sure[kFanRays];
   /// What has more nearness may lie before some ray's beginning.
   float most = kNearest;
@@ -138,7 +138,9 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
       const Vec3d off = to_double(ray.origin) + to_double(ray.direction) - to_double(apex);
       if (!(max_component(abs(off)) <= 2 * kUnitRoundoff * reach && ray.t_max <= 1)) return std::nullopt;
     }
-  if (!hn::AllTrue(f, fits) || !(reach >= kLeastReach && reach <= kMostReach)) return std::nullopt;
+  // Where t is denormal, its rounding would be more than what areas and nearness are off by.
+  const bool is_long = away > 0 && !(hn::GetLane(hn::MaxOfLanes(f, longest)) <= 0x1p100F * reach);
+  if (!hn::AllTrue(f, fits) || is_long || !(reach >= kLeastReach && reach <= kMostReach)) return std::nullopt;
   out.reach = reach;
   out.stray = 16 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach;
   return out;

@@ -77,6 +77,7 @@ HWY_INLINE hn::Vec<F8> planes(const WideNode& node, std::size_t row, int axis, c
 struct ClipRay {
   ClipRay() = default;
   HWY_INLINE ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
+    static_assert(offsetof(Ray, t_min) == offsetof(Ray, direction) + sizeof(Vec3));
     const hn::FixedTag<float, 4> f;  // the three axes; the fourth lane is any number of the ray's
     const auto axes = hn::FirstN(f, 3);
     const auto direction = hn::LoadU(f, &ray.direction.x), size = hn::IfThenElseZero(axes, hn::Abs(direction));

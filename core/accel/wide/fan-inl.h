@@ -19,8 +19,9 @@ struct SeenTriangles {
   /// Edge i's function is u·du[i] + v·dv[i] + at[i], not negative for rays that may pass inside; rays for which all
   /// three are `inside` or more surely do.
   alignas(32) float du[3][8], dv[3][8], at[3][8], inside[8];
-  /// A ray meets the plane at a nearness of base and by_edge[i] times the edges' functions, to `error`.
-  alignas(32) float base[8], by_edge[3][8], error[8];
+  /// Base and by_edge[i] times the edges' functions is a nearness. A ray meets the plane at `error` more at most, and
+  /// not less than `error` below `share` of it.
+  alignas(32) float base[8], by_edge[3][8], error[8], share[8];
   alignas(32) std::uint32_t number[8];  ///< `kNobody` where it isn't sure which side a ray comes from.
   static constexpr std::uint32_t kNobody = kNoTriangle - 1;
 };
@@ -187,7 +188,7 @@ class Fan {
           test_ray(block * kBlockRays + static_cast<std::size_t>(std::countr_zero(rays)), leaf, seen);
       }
     } else {
-      for (std::size_t i = 0; i < leaf.count; ++i) test_triangle(next.blocks, leaf, i, seen);
+      for (std::size_t i = 0; i < leaf.count; ++i) test_triangle(next.blocks, inside, leaf, i, seen);
     }
     if constexpr (Counter::kCounts) {  // which asks whether this very leaf was worth it
       rays_.flush(tally_);
@@ -218,7 +219,7 @@ class Fan {
       if constexpr (Rays::kLeave)
         maybe = hn::AndNot(hn::RebindMask(f, hn::Eq(hn::Load(U8(), seen.number + k), hn::Set(U8(), fan_.left[ray]))),
                            maybe);
-      hn::Store(hn::Sub(near, of(seen.error)), f, low + k);
+      hn::Store(hn::MulSub(near, of(seen.share), of(seen.error)), f, low + k);
       hn::Store(most, f, high + k);
       possible |= bits_of(f, maybe) << k;
       inside |= bits_of(f, hn::Ge(least, of(seen.inside))) << k;
@@ -234,8 +235,9 @@ class Fan {
     }
   }
 
-  /// One of a leaf's triangles against rays.
-  HWY_INLINE void test_triangle(std::uint32_t blocks, const Leaf& leaf, std::size_t i, const SeenTriangles& seen) {
+  /// One of a leaf's triangles against blocks, and of them the rays in the leaf's area: elsewhere it stands in others.
+  HWY_INLINE void test_triangle(std::uint32_t blocks, const std::uint32_t (&in_leaf)[kBlocks], const Leaf& leaf,
+                                std::size_t i, const SeenTriangles& seen) {
     const F16 f;
     std::uint32_t covered =
         blocks & blocks_in({seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearness[i]});
@@ -245,7 +247,7 @@ class Fan {
     const hn::Vec<F16> at[3] = {of(seen.at[0]), of(seen.at[1]), of(seen.at[2])};
     const hn::Vec<F16> by_edge[3] = {of(seen.by_edge[0]), of(seen.by_edge[1]), of(seen.by_edge[2])};
     const auto base = of(seen.base);
-    const auto error = of(seen.error), inside = of(seen.inside);
+    const auto error = of(seen.error), share = of(seen.share), inside = of(seen.inside);
     for (; covered != 0; covered &= covered - 1) {
       const auto block = static_cast<std::size_t>(std::countr_zero(covered));
       for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
@@ -254,8 +256,11 @@ class Fan {
         const auto edge = [&](int e) HWY_ATTR { return hn::MulAdd(u, du[e], hn::MulAdd(v, dv[e], at[e])); };
         const auto e0 = edge(0), e1 = edge(1), e2 = edge(2), least = hn::Min(e0, hn::Min(e1, e2));
         const auto near = hn::MulAdd(e0, by_edge[0], hn::MulAdd(e1, by_edge[1], hn::MulAdd(e2, by_edge[2], base)));
-        const auto low = hn::Sub(near, error), high = hn::Add(near, error);
-        auto maybe = hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(high, hn::Load(f, fan_.least + first)));
+        const auto low = hn::MulSub(near, share, error), high = hn::Add(near, error);
+        const std::uint32_t rays = in_leaf[block] >> k;
+        const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(rays), static_cast<std::uint8_t>(rays >> 8)};
+        auto maybe = hn::And(hn::LoadMaskBits(f, bytes),
+                             hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(high, hn::Load(f, fan_.least + first))));
         if constexpr (Rays::kLeave) {
           const hn::Rebind<std::uint32_t, F16> u32;
           const auto own = hn::Eq(hn::Load(u32, fan_.left + first), hn::Set(u32, seen.number[i]));
@@ -352,6 +357,7 @@ class Fan {
     hn::Store(hn::IfThenElseZero(known, by_edge2), f, seen.by_edge[2] + first);
     hn::Store(hn::IfThenElse(known, base, nearness), f, seen.base + first);
     hn::Store(hn::IfThenElseZero(known, error), f, seen.error + first);
+    hn::Store(one, f, seen.share + first);
     hn::Store(hn::IfThenElse(hn::And(known, after_start), hn::Add(slack, slack), hn::Set(f, kInfinity)), f,
               seen.inside + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), known), leaf.triangles(first), hn::Set(U8(), SeenTriangles::kNobody)),
@@ -365,7 +371,8 @@ class Fan {
   /// three over det(a, b, c). Let corners lie within m of the apex, and s = 16um + 2uM, more than they are off with
   /// what the ray's line passes the apex by. Normals are off by 4sm, and functions of (u, v, 1), with |u|, |v| ≤ 4, by
   /// 36sm and roundings: 40sm is added to them. The determinant is off by 18sm² and roundings, less than 24sm². Where
-  /// that is less than a 16th of it, a nearness is at most an 8th more than computed.
+  /// that is a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is computed, and that less 2.5h
+  /// and three times twice 40sm is not more than it; h is more than 64u, so that this covers roundings.
   HWY_INLINE void see_reaching(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
                                const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
     const F8 f;
@@ -410,7 +417,8 @@ class Fan {
     const auto sure = hn::And(sided, hn::Gt(size, hn::Mul(off, hn::Set(f, 16.0F))));
     const auto blend = [&](const auto& mask, const auto& value, float* to)
                            HWY_ATTR { hn::Store(hn::IfThenElse(mask, value, hn::Load(f, to)), f, to); };
-    const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), by_edge = hn::Div(hn::Set(f, 1.125F), size);
+    const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), h = hn::Div(off, size);
+    const auto by_edge = hn::Div(hn::MulAdd(h, hn::Set(f, 1.25F), hn::Set(f, 1.0F)), size);
     for (int i = 0; i < 3; ++i) {
       blend(sided, hn::Mul(turned, normals[i].x), seen.du[i] + first);
       blend(sided, hn::Mul(turned, normals[i].y), seen.dv[i] + first);
@@ -418,6 +426,9 @@ class Fan {
       blend(sure, by_edge, seen.by_edge[i] + first);
     }
     blend(sure, zero, seen.base + first);
+    blend(sure, hn::NegMulAdd(h, hn::Set(f, 2.5F), hn::Set(f, 1.0F)), seen.share + first);
+    blend(sure, hn::Mul(hn::Mul(slack, by_edge), hn::Set(f, 6.0F)), seen.error + first);
+    if (fan_.most == FanRays::kNearest) blend(sure, hn::Add(slack, slack), seen.inside + first);
     const auto numbers = hn::Load(U8(), seen.number + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), sure), leaf.triangles(first), numbers), U8(), seen.number + first);
   }

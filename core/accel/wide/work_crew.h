@@ -3,23 +3,39 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
 
 namespace tessera {
 
-/// Calls `work(i)` for every i < count, from up to `threads` threads.
+/// Calls `work(i)` for every i < count, from up to `threads` threads, or as many as the system gives. What one throws
+/// first is thrown again, once all have come back; of the rest some may be left out then.
 template <typename Work>
 void for_each_index(std::size_t count, unsigned threads, Work&& work) {
   std::atomic<std::size_t> next = 0;
+  std::atomic_flag has_failed;
+  std::exception_ptr failure;
   const auto run = [&] {
-    for (std::size_t i; (i = next++) < count;) work(i);
+    try {
+      for (std::size_t i; (i = next++) < count;) work(i);
+    } catch (...) {
+      next = count;
+      if (!has_failed.test_and_set()) failure = std::current_exception();
+    }
   };
-  std::vector<std::jthread> helpers;
-  while (helpers.size() + 1 < threads && helpers.size() + 1 < count) helpers.emplace_back(run);
-  run();
+  {
+    std::vector<std::jthread> helpers;
+    try {
+      while (helpers.size() + 1 < threads && helpers.size() + 1 < count) helpers.emplace_back(run);
+    } catch (const std::system_error&) {  // then with those that there are
+    }
+    run();
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 /// Tasks that lead to further tasks, done last in, first out, until none is left.
@@ -35,18 +51,25 @@ class TaskStack {
     changed_.notify_one();
   }
 
-  /// Does tasks from `threads` threads until all are done. `work(task)` may push.
+  /// Does tasks from `threads` threads until all are done. `work(task)` may push; what it throws ends all.
   template <typename Work>
   void run(unsigned threads, Work&& work) {
     for_each_index(threads, threads, [&](std::size_t) {
       std::unique_lock lock(mutex_);
       while (true) {
-        changed_.wait(lock, [&] { return !tasks_.empty() || unfinished_ == 0; });
-        if (tasks_.empty()) return;
+        changed_.wait(lock, [&] { return !tasks_.empty() || unfinished_ == 0 || has_failed_; });
+        if (tasks_.empty() || has_failed_) return;
         const Task task = std::move(tasks_.back());
         tasks_.pop_back();
         lock.unlock();
-        work(task);
+        try {
+          work(task);
+        } catch (...) {
+          lock.lock();
+          has_failed_ = true;
+          changed_.notify_all();
+          throw;
+        }
         lock.lock();
         if (--unfinished_ == 0) changed_.notify_all();
       }
@@ -58,6 +81,7 @@ class TaskStack {
   std::condition_variable changed_;
   std::vector<Task> tasks_;
   std::size_t unfinished_ = 0;
+  bool has_failed_ = false;
 };
 
 }  // namespace tessera

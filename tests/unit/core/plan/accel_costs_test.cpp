@@ -65,6 +65,8 @@ TEST(AccelCosts, KnowThatBoxesDontSuitNeedles) {
   }
   const auto estimates = estimate_accels(*SceneBuilder().add(needles).build(), 1e5);
   EXPECT_LT(2 * of(estimates, AccelKind::grid).trace_seconds, of(estimates, AccelKind::bvh).trace_seconds);
+  EXPECT_LT(of(estimates, AccelKind::wide).trace_seconds, of(estimates, AccelKind::octree).trace_seconds)
+      << "wide splits long triangles";
 }
 
 TEST(AccelCosts, HoldForEmptyAndFlatScenes) {

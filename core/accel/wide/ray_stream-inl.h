@@ -18,6 +18,33 @@ namespace tessera::HWY_NAMESPACE {
 /// Rays of a stream at most: what is kept for them stays in the second level of the cache.
 inline constexpr std::size_t kStreamRays = 4096;
 
+/// Rays to a list up to which each goes on alone: measured on meshes of 70,000 and 1.6 million triangles.
+inline constexpr std::size_t kFewInList = 4;
+
+/// What a stream works with.
+struct StreamMemory {
+  using U16 = hn::CappedTag<std::uint32_t, 16>;
+  static constexpr std::size_t kLanes = hn::MaxLanes(U16());
+
+  struct List {
+    std::uint32_t child;
+    std::uint32_t first, count;  ///< Into `rays`.
+    float entry = -kInfinity;    ///< Where a ray that is alone enters it.
+  };
+
+  /// The rays of an octant.
+  struct Group {
+    int waiting = 0;
+    List lists[WideTree::kMostDepth * 7 + 8 * (kFewInList + 1)];  ///< To be visited, the last first.
+    std::vector<std::uint32_t> rays;                              ///< Of the lists, one list after the other.
+  };
+
+  Group groups[8];
+  ClipRay clip[kStreamRays];
+  LeafRay leaf_rays[kStreamRays];
+  std::uint32_t entered[kStreamRays + kLanes];  ///< For each ray of the node at hand, which children it enters: bits.
+};
+
 /// Many rays' way through a tree together, node by node (after Barringer & Akenine-Möller, "Dynamic Ray Stream
 /// Traversal", 2014): each node is looked into once for all the rays that enter it, one ray after the other against its
 /// eight children. A single ray waits at each node for the last one's answer; here nothing waits for anything, and that
@@ -30,9 +57,13 @@ class RayStream {
  public:
   /// `on_hit(ray, t, triangle)` is called for hits within the ray's interval at t ≤ limits[ray]; it returns the new
   /// limit, or `kStop`. Rays that start with `kStop` aren't traced. Precondition: at most `kStreamRays`.
-  RayStream(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<float> limits,
-            Counter tally, OnHit on_hit)
-      : tree_(tree),
+  RayStream(StreamMemory& memory, const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
+            std::span<float> limits, Counter tally, OnHit on_hit)
+      : groups_(memory.groups),
+        clip_(memory.clip),
+        leaf_rays_(memory.leaf_rays),
+        entered_(memory.entered),
+        tree_(tree),
         object_(object),
         frame_(tree),
         rays_(rays),
@@ -54,7 +85,7 @@ class RayStream {
         if (list.entry > limits_[group.rays[list.first]]) continue;
         if (WideChild::is_leaf(list.child))
           visit_leaf(group, list);
-        else if (list.count <= kFew)
+        else if (list.count <= kFewInList)
           visit_node_alone(group, list, octant);
         else
           visit_node(group, list, octant);
@@ -64,26 +95,16 @@ class RayStream {
   }
 
  private:
-  using U16 = hn::CappedTag<std::uint32_t, 16>;
-  static constexpr std::size_t kLanes = hn::MaxLanes(U16());
-
-  /// Rays to a list up to which each goes on alone: measured on meshes of 70,000 and 1.6 million triangles.
-  static constexpr std::size_t kFew = 4;
-
-  struct List {
-    std::uint32_t child;
-    std::uint32_t first, count;  ///< Into `rays`.
-    float entry = -kInfinity;    ///< Where a ray that is alone enters it.
-  };
-
-  /// The rays of an octant.
-  struct Group {
-    int waiting = 0;
-    List lists[WideTree::kMostDepth * 7 + 8 * (kFew + 1)];  ///< To be visited, the last first.
-    std::vector<std::uint32_t> rays;                        ///< Of the lists, one list after the other.
-  };
+  using List = StreamMemory::List;
+  using Group = StreamMemory::Group;
+  using U16 = StreamMemory::U16;
+  static constexpr std::size_t kLanes = StreamMemory::kLanes;
 
   HWY_INLINE void setup() {
+    for (Group& group : groups_) {
+      group.waiting = 0;
+      group.rays.clear();
+    }
     for (std::uint32_t i = 0; i < rays_.size(); ++i) {
       if (limits_[i] == kStop) continue;
       clip_[i] = ClipRay(frame_, rays_[i]);
@@ -186,6 +207,10 @@ class RayStream {
     });
   }
 
+  Group (&groups_)[8];
+  ClipRay (&clip_)[kStreamRays];
+  LeafRay (&leaf_rays_)[kStreamRays];
+  std::uint32_t (&entered_)[kStreamRays + kLanes];
   const WideTree& tree_;
   const std::uint32_t object_;
   const TreeFrame frame_;
@@ -193,24 +218,21 @@ class RayStream {
   const std::span<float> limits_;
   const Counter tally_;
   OnHit on_hit_;
-  Group groups_[8];
   ExactQueue queue_;
-  ClipRay clip_[kStreamRays];
-  LeafRay leaf_rays_[kStreamRays];
-  std::uint32_t entered_[kStreamRays + kLanes];  ///< For each ray of the node at hand, which children it enters: bits.
 };
 
-/// Traces rays in streams of the size that fits.
+/// Traces rays in streams of the size that fits. Each thread keeps the memory: half a megabyte asked for anew with
+/// every batch costs threads other than the first a page fault for each of its pages.
 template <typename Counter, typename OnHit>
 HWY_INLINE void stream_rays(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
                             std::span<float> limits, Counter tally, OnHit&& on_hit) {
+  static thread_local const auto memory = std::make_unique<StreamMemory>();
   for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
     const std::size_t count = std::min(kStreamRays, rays.size() - first);
     const auto shifted = [&](std::size_t ray, float t, std::uint32_t triangle)
                              HWY_ATTR { return on_hit(first + ray, t, triangle); };
     using Stream = RayStream<Counter, decltype(shifted)>;
-    std::make_unique<Stream>(tree, object, rays.subspan(first, count), limits.subspan(first, count), tally, shifted)
-        ->run();
+    Stream(*memory, tree, object, rays.subspan(first, count), limits.subspan(first, count), tally, shifted).run();
   }
 }
 

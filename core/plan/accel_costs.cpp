@@ -12,11 +12,12 @@ namespace {
 /// Items of one index: the objects of a scene, or the triangles of a mesh.
 struct Level {
   double items = 0;
-  double test_ns = 0;    ///< Of one item.
-  double crowding = 1;   ///< How many items share the grid cell of an item, on average over the items.
-  double boxes_met = 1;  ///< Items whose box a ray through the whole passes.
-  double cells_met = 1;  ///< Items whose cells it passes, where cells are small.
-  double visits = 1;     ///< How often a ray comes to walk it.
+  double test_ns = 0;               ///< Of one item.
+  double crowding = 1;              ///< How many items share the grid cell of an item, on average over the items.
+  double boxes_met = 1;             ///< Items whose box a ray through the whole passes.
+  double cells_met = 1;             ///< Items whose cells it passes, where cells are small.
+  double visits = 1;                ///< How often a ray comes to walk it.
+  bool is_few_with_meshes = false;  ///< Objects: few, and some of them large meshes.
 };
 
 constexpr double kTriangleTest = 16, kObjectTest = 30, kVolumeTest = 9;
@@ -68,8 +69,10 @@ Cost cost_of(AccelKind kind, const Level& level, bool of_primitives) {
     case AccelKind::bsp:
       return {50'000 * level.items, tree.walk * 1.2 + beside_cells};
     case AccelKind::wide:
-      // Triangles are what it is wide over; it is a tree of boxes over objects. A third: rays at large. Whole tiles of
-      // camera and shadow rays cost less, a few rays into each of many small meshes more. Long triangles are split.
+      // Triangles are what it is wide over; it is a tree of boxes over objects, but goes through few of them with whole
+      // batches, which pays where some are meshes. A third: rays at large. Whole tiles of camera and shadow rays cost
+      // less, a few rays into each of many small meshes more. Long triangles are split.
+      if (!of_primitives && level.is_few_with_meshes) return {tree.build, (tree.walk + beside_boxes) / 3};
       if (!of_primitives) break;
       return {300 * level.items, kSetUp + (tree.walk + std::min(beside_boxes, beside_cells)) / 3};
     default:
@@ -198,6 +201,11 @@ Levels levels_of(const Scene& scene) {
   for (std::size_t i = 0; i < scene.shapes.size(); ++i)
     if (const auto* mesh = std::get_if<TriangleMesh>(&scene.shapes[i]); mesh && visits[i] > 0)
       levels.meshes.push_back(mesh_level(*mesh, visits[i] * scale));
+  constexpr std::size_t kFew = 65;  // as in `WideAccel`
+  constexpr double kLarge = 1000;
+  levels.objects.is_few_with_meshes = boxes.size() <= kFew && std::ranges::any_of(levels.meshes, [](const Level& mesh) {
+                                        return mesh.items >= kLarge;
+                                      });
   return levels;
 }
 

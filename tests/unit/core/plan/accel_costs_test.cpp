@@ -69,6 +69,12 @@ TEST(AccelCosts, KnowThatBoxesDontSuitNeedles) {
       << "wide splits long triangles";
 }
 
+TEST(AccelCosts, KnowThatAGroundBesideAMeshLeavesItWide) {
+  const Quad ground{{{{-40, -1, 40}, {40, -1, 40}, {40, -1, -40}, {-40, -1, -40}}}};
+  const auto estimates = estimate_accels(*SceneBuilder().add(icosphere(6)).add(ground).build(), 1e7);
+  EXPECT_LT(of(estimates, AccelKind::wide).trace_seconds, 0.6 * of(estimates, AccelKind::bvh).trace_seconds);
+}
+
 TEST(AccelCosts, HoldForEmptyAndFlatScenes) {
   for (const auto& scene : {SceneBuilder().build(), SceneBuilder().add(grid_plane(4)).build()})
     for (const AccelEstimate& e : estimate_accels(*scene, 10))

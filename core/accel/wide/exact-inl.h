@@ -37,12 +37,17 @@ struct SeenCorner {
   hn::Vec<D8> x, y, z;
 };
 
-/// A lane is uncertain where a weight is up to `sign_limit`, or the weights of a hit sum up to `sum_limit`: which have
-/// to be those of `crossing`, or greater, since a lane that is asked alone comes to the same in any case.
+/// A lane is uncertain within the limits of `crossing`.
 HWY_INLINE ExactHits exact_hits(const SeenCorner& a, const SeenCorner& b, const SeenCorner& c,
-                                const hn::Vec<D8>& scale_z, const hn::Vec<D8>& sign_limit,
-                                const hn::Vec<D8>& sum_limit) {
+                                const hn::Vec<D8>& scale_z) {
   const D8 d;
+  const auto widest = [](const auto& p, const auto& q, const auto& r)
+                          HWY_ATTR { return hn::Max(hn::Abs(p), hn::Max(hn::Abs(q), hn::Abs(r))); };
+  const auto across = hn::Max(widest(a.x, b.x, c.x), widest(a.y, b.y, c.y));
+  const auto deep = widest(a.z, b.z, c.z);
+  const auto range = hn::Sub(hn::Max(a.z, hn::Max(b.z, c.z)), hn::Min(a.z, hn::Min(b.z, c.z)));
+  const auto sign_limit = hn::Mul(hn::Mul(hn::Set(d, 0x1p-47), across), hn::Add(across, deep));
+  const auto sum_limit = hn::Mul(hn::Mul(hn::Set(d, 0x1p-13), across), range);
   const auto wa = hn::Sub(hn::Mul(c.x, b.y), hn::Mul(c.y, b.x));
   const auto wb = hn::Sub(hn::Mul(a.x, c.y), hn::Mul(a.y, c.x));
   const auto wc = hn::Sub(hn::Mul(b.x, a.y), hn::Mul(b.y, a.x));
@@ -54,19 +59,6 @@ HWY_INLINE ExactHits exact_hits(const SeenCorner& a, const SeenCorner& b, const 
       hn::Or(hn::Not(hn::Gt(least, sign_limit)), hn::And(inside, hn::Not(hn::Gt(hn::Abs(sum), sum_limit))));
   const auto depth = hn::Add(hn::Add(hn::Mul(wa, a.z), hn::Mul(wb, b.z)), hn::Mul(wc, c.z));
   return {bits_of(d, inside), bits_of(d, uncertain), hn::DemoteTo(D8Float(), hn::Div(depth, hn::Mul(sum, scale_z)))};
-}
-
-/// The same with the limits of `crossing` themselves.
-HWY_INLINE ExactHits exact_hits(const SeenCorner& a, const SeenCorner& b, const SeenCorner& c,
-                                const hn::Vec<D8>& scale_z) {
-  const D8 d;
-  const auto widest = [](const auto& p, const auto& q, const auto& r)
-                          HWY_ATTR { return hn::Max(hn::Abs(p), hn::Max(hn::Abs(q), hn::Abs(r))); };
-  const auto across = hn::Max(widest(a.x, b.x, c.x), widest(a.y, b.y, c.y));
-  const auto deep = widest(a.z, b.z, c.z);
-  const auto range = hn::Sub(hn::Max(a.z, hn::Max(b.z, c.z)), hn::Min(a.z, hn::Min(b.z, c.z)));
-  return exact_hits(a, b, c, scale_z, hn::Mul(hn::Mul(hn::Set(d, 0x1p-47), across), hn::Add(across, deep)),
-                    hn::Mul(hn::Mul(hn::Set(d, 0x1p-13), across), range));
 }
 
 using D8Whole = hn::Rebind<std::int32_t, D8Float>;

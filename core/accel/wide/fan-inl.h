@@ -415,20 +415,18 @@ class Fan {
     const auto off = hn::Mul(hn::Mul(sm, m), hn::Set(f, 24.0F)), size = hn::Abs(det);
     const auto sided = hn::And(hn::And(reaches, hn::Gt(farthest, zero)), hn::Gt(size, off));
     const auto sure = hn::And(sided, hn::Gt(size, hn::Mul(off, hn::Set(f, 16.0F))));
-    const auto blend = [&](const auto& mask, const auto& value, float* to)
-                           HWY_ATTR { hn::Store(hn::IfThenElse(mask, value, hn::Load(f, to)), f, to); };
     const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), h = hn::Div(off, size);
     const auto by_edge = hn::Div(hn::MulAdd(h, hn::Set(f, 1.25F), hn::Set(f, 1.0F)), size);
     for (int i = 0; i < 3; ++i) {
-      blend(sided, hn::Mul(turned, normals[i].x), seen.du[i] + first);
-      blend(sided, hn::Mul(turned, normals[i].y), seen.dv[i] + first);
-      blend(sided, hn::MulAdd(turned, normals[i].z, slack), seen.at[i] + first);
-      blend(sure, by_edge, seen.by_edge[i] + first);
+      hn::BlendedStore(hn::Mul(turned, normals[i].x), sided, f, seen.du[i] + first);
+      hn::BlendedStore(hn::Mul(turned, normals[i].y), sided, f, seen.dv[i] + first);
+      hn::BlendedStore(hn::MulAdd(turned, normals[i].z, slack), sided, f, seen.at[i] + first);
+      hn::BlendedStore(by_edge, sure, f, seen.by_edge[i] + first);
     }
-    blend(sure, zero, seen.base + first);
-    blend(sure, hn::NegMulAdd(h, hn::Set(f, 2.5F), hn::Set(f, 1.0F)), seen.share + first);
-    blend(sure, hn::Mul(hn::Mul(slack, by_edge), hn::Set(f, 6.0F)), seen.error + first);
-    if (fan_.most == FanRays::kNearest) blend(sure, hn::Add(slack, slack), seen.inside + first);
+    hn::BlendedStore(zero, sure, f, seen.base + first);
+    hn::BlendedStore(hn::NegMulAdd(h, hn::Set(f, 2.5F), hn::Set(f, 1.0F)), sure, f, seen.share + first);
+    hn::BlendedStore(hn::Mul(hn::Mul(slack, by_edge), hn::Set(f, 6.0F)), sure, f, seen.error + first);
+    if (fan_.most == FanRays::kNearest) hn::BlendedStore(hn::Add(slack, slack), sure, f, seen.inside + first);
     const auto numbers = hn::Load(U8(), seen.number + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), sure), leaf.triangles(first), numbers), U8(), seen.number + first);
   }

@@ -15,12 +15,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
 
-/// Stores the lanes of `mask`. (A masked store does the same; on some machines it takes as long as ten others.)
-template <typename D>
-HWY_INLINE void blend(const hn::Vec<D>& value, hn::Mask<D> mask, D d, hn::TFromD<D>* to) {
-  hn::Store(hn::IfThenElse(mask, value, hn::Load(d, to)), d, to);
-}
-
 /// More than a number that is off by the roundings of a few operations, and less.
 inline constexpr float kMore = 1 + 8 * static_cast<float>(kUnitRoundoff),
                        kLess = 1 - 8 * static_cast<float>(kUnitRoundoff);
@@ -72,10 +66,10 @@ class ClosestFan {
     const F16 f;
     const hn::Rebind<std::int32_t, F16> u;
     const auto numbers = hn::RebindMask(u, mask);
-    blend(low, mask, f, fan_.least + first);
-    blend(high, mask, f, fan_.sure + first);
-    blend(hn::Set(u, corner(leaf, i)), numbers, u, corner_ + first);
-    blend(hn::Set(u, static_cast<std::int32_t>(leaf.count)), numbers, u, row_ + first);
+    hn::BlendedStore(low, mask, f, fan_.least + first);
+    hn::BlendedStore(high, mask, f, fan_.sure + first);
+    hn::BlendedStore(hn::Set(u, corner(leaf, i)), numbers, u, corner_ + first);
+    hn::BlendedStore(hn::Set(u, static_cast<std::int32_t>(leaf.count)), numbers, u, row_ + first);
     taken_[first / kBlockRays] |= bits_of(f, mask) << first % kBlockRays;
     fan_.raised |= 1U << (first / kBlockRays);
   }
@@ -161,8 +155,8 @@ class ClosestFan {
     const std::uint32_t less = taken & ~alone & found.hit & bits_of(f, hn::Or(hn::Lt(found.t, best), tied));
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(less)};
     const auto mask = hn::LoadMaskBits(f, bytes);
-    blend(found.t, mask, f, best_t_ + first);
-    blend(triangle, hn::RebindMask(whole, mask), whole, best_triangle_ + first);
+    hn::BlendedStore(found.t, mask, f, best_t_ + first);
+    hn::BlendedStore(triangle, hn::RebindMask(whole, mask), whole, best_triangle_ + first);
     found_[first / kBlockRays] |= less << first % kBlockRays;
     for (std::uint32_t left = alone; left != 0; left &= left - 1) {
       const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
@@ -223,7 +217,7 @@ class OccludedFan {
   HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>&, const hn::Vec<F16>&, const Leaf&,
                        std::size_t) {
     const F16 f;
-    blend(hn::Set(f, kInfinity), mask, f, fan_.least + first);
+    hn::BlendedStore(hn::Set(f, kInfinity), mask, f, fan_.least + first);
     for (std::uint32_t left = bits_of(f, mask); left != 0; left &= left - 1)
       hidden_[first + static_cast<std::size_t>(std::countr_zero(left))] = 1;
     fan_.raised |= 1U << (first / kBlockRays);

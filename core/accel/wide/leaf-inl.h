@@ -20,7 +20,7 @@ namespace tessera::HWY_NAMESPACE {
 /// A leaf's rows (see `WideTree`).
 struct Leaf {
   Leaf() = default;
-  HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf) : count(WideChild::count(leaf)), word(leaf) {
+  HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf) : count(WideChild::count(leaf)) {
     const std::uint32_t* words = tree.leaves.data() + std::size_t{4} * WideChild::at(leaf);
     side = std::bit_cast<float>(words[0]);
     rows = reinterpret_cast<const float*>(words + 1);
@@ -37,8 +37,7 @@ struct Leaf {
   }
 
   std::size_t count;
-  std::uint32_t word;  ///< As its node names it.
-  float side;          ///< The longest of its triangles' boxes.
+  float side;  ///< The longest of its triangles' boxes.
   const float* rows;
 };
 

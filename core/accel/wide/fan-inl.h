@@ -372,7 +372,8 @@ class Fan {
   /// what the ray's line passes the apex by. Normals are off by 4sm, and functions of (u, v, 1), with |u|, |v| ≤ 4, by
   /// 36sm and roundings: 40sm is added to them. The determinant is off by 18sm² and roundings, less than 24sm². Where
   /// that is a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is computed, and that less 2.5h
-  /// and three times twice 40sm is not more than it; h is more than 64u, so that this covers roundings.
+  /// and three times twice 40sm is not more than it; h is more than 64u, so that this covers roundings. Where cubes of
+  /// m leave a float's range there are no edges.
   HWY_INLINE void see_reaching(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
                                const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
     const F8 f;
@@ -413,7 +414,8 @@ class Fan {
     const auto sm = hn::Mul(s, m), slack = hn::Mul(sm, hn::Set(f, 40.0F));
     const auto det = hn::MulAdd(normals[1].x, a.x, hn::MulAdd(normals[1].y, a.y, hn::Mul(normals[1].z, a.z)));
     const auto off = hn::Mul(hn::Mul(sm, m), hn::Set(f, 24.0F)), size = hn::Abs(det);
-    const auto sided = hn::And(hn::And(reaches, hn::Gt(farthest, zero)), hn::Gt(size, off));
+    const auto in_range = hn::And(hn::Gt(off, hn::Set(f, 0x1p-120F)), hn::Lt(size, hn::Set(f, 0x1p120F)));
+    const auto sided = hn::And(hn::And(reaches, hn::Gt(farthest, zero)), hn::And(in_range, hn::Gt(size, off)));
     const auto sure = hn::And(sided, hn::Gt(size, hn::Mul(off, hn::Set(f, 16.0F))));
     const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), h = hn::Div(off, size);
     const auto by_edge = hn::Div(hn::MulAdd(h, hn::Set(f, 1.25F), hn::Set(f, 1.0F)), size);

@@ -11,8 +11,11 @@ void Accel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, 
   for (std::size_t i = 0; i < rays.size(); ++i) hidden[i] = occluded(rays[i], log);
 }
 
-void Accel::closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  closest(rays, hits, log, among);
+void Accel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    const Ray ray = fan.ray(i);
+    hits[i] = (among ? closest_among(ray, *among, log) : closest(ray, log)).value_or(Hit{});
+  }
 }
 
 void Accel::occluded_fan(Vec3, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const {

@@ -8,7 +8,7 @@
 
 #include "core/accel/object_marks.h"
 #include "core/accel/test_counts.h"
-#include "core/math/ray.h"
+#include "core/math/ray_fan.h"
 #include "core/scene/accel_options.h"
 #include "core/scene/scene.h"
 
@@ -72,9 +72,8 @@ class Accel {
   virtual void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {}, Candidates among = {}) const;
   virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log = {}) const;
 
-  /// Rays that all leave one point: a camera's. Precondition: their origins are equal.
-  virtual void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log = {},
-                           Candidates among = {}) const;
+  /// Rays that all leave one point. Those that are neighbours by sixteens had better be so in space.
+  virtual void closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log = {}, Candidates among = {}) const;
 
   /// Rays that all lead to one point, as far as floats allow: shadow rays to a light, whose directions are `apex` −
   /// origin, each coordinate rounded once, with t_max ≤ 1. Others are answered too, but gain nothing.

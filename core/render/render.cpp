@@ -81,13 +81,15 @@ class TileRenderer {
 
   void trace_first_level() {
     rays_.clear();
+    directions_.clear();
     for (const Sample& s : samples_) {
       const PixelOffset offset = offsets_.of(static_cast<std::uint32_t>(s.x), static_cast<std::uint32_t>(s.y), s.index);
       rays_.push_back(context_.rays.ray(s.x + offset.x, s.y + offset.y));
+      directions_.push_back(rays_.back().direction);
     }
     hits_.resize(rays_.size());
     if (context_.rays.is_perspective())
-      context_.accel->closest_fan(rays_, hits_, log_, candidates_);
+      context_.accel->closest_fan({context_.rays.eye(), directions_}, hits_, log_, candidates_);
     else
       context_.accel->closest(rays_, hits_, log_, candidates_);
     result_.rays.camera += rays_.size();
@@ -135,6 +137,7 @@ class TileRenderer {
   // Of the chunk at hand.
   std::vector<Sample> samples_;
   std::vector<Ray> rays_;
+  Directions directions_;
   std::vector<Hit> hits_;
   std::vector<Rgb> radiance_;
 };

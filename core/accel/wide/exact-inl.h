@@ -79,6 +79,9 @@ class ExactQueue {
     static_assert(offsetof(Ray, direction) == 3 * sizeof(float) && sizeof(Ray) % sizeof(float) == 0);
   }
 
+  static constexpr std::size_t kPairs = 8;
+
+  std::size_t size() const { return count_; }
   bool full() const { return count_ == kPairs; }
 
   /// Ray `ray` against triangle i of a leaf. Precondition: not full.
@@ -149,8 +152,6 @@ class ExactQueue {
   }
 
  private:
-  static constexpr std::size_t kPairs = 8;
-
   std::optional<float> alone(std::size_t pair) const {
     const auto corner = [&](int k) {
       const float* at = words_ + corner_[pair] + 3 * k * row_[pair];

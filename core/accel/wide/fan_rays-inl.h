@@ -27,36 +27,33 @@ class ClosestFan {
  public:
   static constexpr bool kLeave = false;  ///< Rays may leave triangles.
 
-  ClosestFan(const WideTree& tree, const Picture& picture, std::span<const Ray> rays, std::uint32_t object,
-             std::span<Hit> hits, FanRays& fan)
+  /// `hits` are `kFanRays`, those of rays that aren't looked for with t = 0.
+  HWY_INLINE ClosestFan(const WideTree& tree, const Picture& picture, Vec3 origin, std::uint32_t object, Hit* hits,
+                        FanRays& fan)
       : picture_(picture),
         words_(reinterpret_cast<const float*>(tree.leaves.data())),
-        rays_(rays),
+        origin_(origin),
         object_(object),
         hits_(hits),
         fan_(fan),
-        queue_(tree, rays) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      best_t_[i] = std::min(hits[i].t, rays[i].t_max);
-      // At the interval's open end no triangle is hit; at another object's hit, if that comes later.
-      const bool open = hits[i].t >= rays[i].t_max;
-      best_triangle_[i] = open || hits[i].object < object ? 0
-                          : hits[i].object == object      ? static_cast<std::int32_t>(hits[i].primitive)
-                                                          : kAny;
-    }
-    std::fill(best_t_ + rays.size(), best_t_ + kFanRays, 0.0F);
+        queue_(tree, queued_) {
     const F16 f;
-    const auto one = hn::Set(f, 1.0F), nearest = hn::Set(f, FanRays::kNearest);
-    auto most = nearest;
+    const U16 u;
+    const auto one = hn::Set(f, 1.0F), nearest = hn::Set(f, FanRays::kNearest), endless = hn::Set(f, kInfinity);
+    const auto own = hn::Set(u, object);
     for (std::size_t i = 0; i < kFanRays; i += kLanes16) {
-      const auto along = hn::Load(f, fan.along + i), depth = hn::Min(hn::Mul(hn::Load(f, best_t_ + i), along), nearest);
+      const KnownHits known(hits + i);
+      // At infinity no triangle is hit; at another object's hit, if that comes later.
+      const auto open = hn::Or(hn::RebindMask(u, hn::Eq(known.t, endless)), hn::Lt(known.object, own));
+      const auto number = hn::IfThenElse(hn::Eq(known.object, own), known.primitive, hn::Set(u, kAny));
+      hn::Store(known.t, f, best_t_ + i);
+      hn::Store(hn::BitCast(I16(), hn::IfThenZeroElse(open, number)), I16(), best_triangle_ + i);
+      const auto depth = hn::Min(hn::Mul(known.t, hn::Load(f, fan.along + i)), nearest);
       const auto near = hn::Min(hn::Div(one, depth), nearest);
-      hn::Store(hn::Mul(near, hn::Set(f, kLess)), f, fan.least + i);
+      hn::Store(hn::IfThenElse(hn::Gt(known.t, hn::Zero(f)), hn::Mul(near, hn::Set(f, kLess)), endless), f,
+                fan.least + i);
       hn::Store(hn::Mul(near, hn::Set(f, kMore)), f, fan.sure + i);
-      most = hn::Min(most, hn::Div(hn::Set(f, kLess), hn::Mul(hn::Load(f, fan.t_min + i), along)));
     }
-    fan.most = hn::GetLane(hn::MinOfLanes(f, most));
-    std::fill(fan.least + rays.size(), fan.least + kFanRays, kInfinity);
   }
 
   /// Rays from `first` on, of which those in `mask` surely hit triangle i of a leaf, at a nearness between `low` and
@@ -64,12 +61,12 @@ class ClosestFan {
   HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>& low, const hn::Vec<F16>& high,
                        const Leaf& leaf, std::size_t i) {
     const F16 f;
-    const hn::Rebind<std::int32_t, F16> u;
-    const auto numbers = hn::RebindMask(u, mask);
+    const I16 whole;
+    const auto numbers = hn::RebindMask(whole, mask);
     hn::BlendedStore(low, mask, f, fan_.least + first);
     hn::BlendedStore(high, mask, f, fan_.sure + first);
-    hn::BlendedStore(hn::Set(u, corner(leaf, i)), numbers, u, corner_ + first);
-    hn::BlendedStore(hn::Set(u, static_cast<std::int32_t>(leaf.count)), numbers, u, row_ + first);
+    hn::BlendedStore(hn::Set(whole, corner(leaf, i)), numbers, whole, corner_ + first);
+    hn::BlendedStore(hn::Set(whole, static_cast<std::int32_t>(leaf.count)), numbers, whole, row_ + first);
     taken_[first / kBlockRays] |= bits_of(f, mask) << first % kBlockRays;
     fan_.raised |= 1U << (first / kBlockRays);
   }
@@ -89,13 +86,13 @@ class ClosestFan {
   /// Tests triangle i of a leaf, by the time of `flush`.
   template <typename Counter>
   HWY_INLINE void test(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
-    queue_.add(ray, RayAxes::of(rays_[ray].direction), leaf, i);
-    if (queue_.full()) flush(tally);
+    test_at(ray, corner(leaf, i), static_cast<std::int32_t>(leaf.count), tally);
   }
 
   template <typename Counter>
   HWY_INLINE void flush(Counter tally) {
-    queue_.empty(tally, [&](std::size_t ray, float t, std::uint32_t triangle) HWY_ATTR { lower(ray, t, triangle); });
+    queue_.empty(tally, [&](std::size_t place, float t, std::uint32_t triangle)
+                            HWY_ATTR { lower(queued_number_[place], t, triangle); });
   }
 
   /// Precondition: flushed.
@@ -105,15 +102,51 @@ class ClosestFan {
       if (taken != 0) settle(first, taken);
     }
     flush(NoTally());
-    for (std::size_t block = 0; block < kBlocks; ++block)
-      for (std::uint32_t left = found_[block]; left != 0; left &= left - 1) {
-        const std::size_t ray = block * kBlockRays + static_cast<std::size_t>(std::countr_zero(left));
-        hits_[ray] = {best_t_[ray], object_, static_cast<std::uint32_t>(best_triangle_[ray])};
-      }
+    for (std::size_t first = 0; first < kFanRays; first += kLanes16) {
+      const std::uint32_t found = found_[first / kBlockRays] >> first % kBlockRays;
+      if (found == 0) continue;
+      const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(found), static_cast<std::uint8_t>(found >> 8)};
+      KnownHits known(hits_ + first);
+      const auto here = hn::LoadMaskBits(F16(), bytes);
+      const auto whole = hn::RebindMask(U16(), here);
+      known.t = hn::IfThenElse(here, hn::Load(F16(), best_t_ + first), known.t);
+      known.object = hn::IfThenElse(whole, hn::Set(U16(), object_), known.object);
+      known.primitive =
+          hn::IfThenElse(whole, hn::BitCast(U16(), hn::Load(I16(), best_triangle_ + first)), known.primitive);
+      known.store(hits_ + first);
+    }
   }
 
  private:
-  static constexpr std::int32_t kAny = std::numeric_limits<std::int32_t>::max();
+  using U16 = hn::Rebind<std::uint32_t, F16>;
+  using I16 = hn::Rebind<std::int32_t, F16>;
+  static constexpr std::uint32_t kAny = std::numeric_limits<std::int32_t>::max();
+
+  /// Hits as they stand in memory, part by part.
+  struct KnownHits {
+    HWY_INLINE explicit KnownHits(const Hit* hits) {
+      static_assert(sizeof(Hit) == 3 * sizeof(float));
+      hn::Vec<U16> bits;
+      hn::LoadInterleaved3(U16(), reinterpret_cast<const std::uint32_t*>(hits), bits, object, primitive);
+      t = hn::BitCast(F16(), bits);
+    }
+    HWY_INLINE void store(Hit* hits) const {
+      hn::StoreInterleaved3(hn::BitCast(U16(), t), object, primitive, U16(), reinterpret_cast<std::uint32_t*>(hits));
+    }
+
+    hn::Vec<F16> t;
+    hn::Vec<U16> object, primitive;
+  };
+
+  template <typename Counter>
+  HWY_INLINE void test_at(std::size_t ray, std::int32_t corner, std::int32_t row, Counter tally) {
+    const Vec3 direction{fan_.direction[0][ray], fan_.direction[1][ray], fan_.direction[2][ray]};
+    const std::size_t place = queue_.size();
+    queued_[place] = {origin_, direction};
+    queued_number_[place] = ray;
+    queue_.add_at(place, RayAxes::of(direction), corner, row);
+    if (queue_.full()) flush(tally);
+  }
 
   /// Where the triangle's first corner stands among the words of the tree's leaves.
   HWY_INLINE std::int32_t corner(const Leaf& leaf, std::size_t i) const {
@@ -125,8 +158,9 @@ class ClosestFan {
     const D8 d;
     const D8Float f;
     const D8Whole whole;
-    const auto dx = hn::Load(f, fan_.direction[0] + first), dy = hn::Load(f, fan_.direction[1] + first),
-               dz = hn::Load(f, fan_.direction[2] + first);
+    const auto dx = hn::LoadU(f, fan_.direction[picture_.axes.x] + first),
+               dy = hn::LoadU(f, fan_.direction[picture_.axes.y] + first),
+               dz = hn::LoadU(f, fan_.direction[picture_.axes.z] + first);
     const auto along = hn::PromoteTo(d, dz);
     const auto shear_x = hn::Div(hn::PromoteTo(d, dx), along), shear_y = hn::Div(hn::PromoteTo(d, dy), along);
     const auto row = hn::Load(whole, row_ + first), rows = hn::Mul(hn::Set(whole, 3), row);
@@ -160,8 +194,7 @@ class ClosestFan {
     found_[first / kBlockRays] |= less << first % kBlockRays;
     for (std::uint32_t left = alone; left != 0; left &= left - 1) {
       const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
-      queue_.add_at(ray, RayAxes::of(rays_[ray].direction), corner_[ray], row_[ray]);
-      if (queue_.full()) flush(NoTally());
+      test_at(ray, corner_[ray], row_[ray], NoTally());
     }
   }
 
@@ -179,10 +212,12 @@ class ClosestFan {
 
   const Picture& picture_;
   const float* words_;  ///< Of the tree's leaves.
-  const std::span<const Ray> rays_;
+  const Vec3 origin_;
   const std::uint32_t object_;
-  const std::span<Hit> hits_;
+  Hit* const hits_;
   FanRays& fan_;
+  Ray queued_[ExactQueue::kPairs];
+  std::size_t queued_number_[ExactQueue::kPairs];
   ExactQueue queue_;
   alignas(64) float best_t_[kFanRays];  ///< Of those that were tested.
   alignas(64) std::int32_t best_triangle_[kFanRays] = {};

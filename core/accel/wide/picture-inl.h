@@ -52,9 +52,10 @@ struct Picture {
 struct FanRays {
   static constexpr float kNearest = std::numeric_limits<float>::max();
 
-  alignas(64) float direction[3][kFanRays];  ///< In the picture's order.
-  alignas(64) float along[kFanRays];         ///< Depth for each t: the direction's size along the picture's axis.
-  alignas(64) float t_min[kFanRays];
+  FanRays(const float* x, const float* y, const float* z) : direction{x, y, z} {}
+
+  const float* const direction[3];
+  alignas(64) float along[kFanRays];  ///< Depth for each t: the direction's size along the picture's axis.
   alignas(64) float u[kFanRays], v[kFanRays];
   alignas(64) std::uint32_t left[kFanRays];  ///< The triangle that a ray leaves; read of shadow rays.
   /// What has less nearness doesn't matter to a ray, what has more than `sure` is sure to be less than what it hits so
@@ -78,30 +79,24 @@ struct FanRays {
   }
 };
 
-/// The picture of rays that leave the apex (`away` is 1) or lead to it (−1); fills in `fan` but for
-/// what is known of the rays' hits. Nothing
-/// where they point so far apart that one picture can't hold them, where one may hit what lies behind its origin, or
-/// where the scale is so small or large that a float's range gets in the way. Precondition: there are rays.
-inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, std::span<const Ray> rays, float away,
-                                           FanRays& fan) {
+/// The picture of rays that leave the apex (`away` is 1) or lead to it (−1); fills in `fan` but for what is known of
+/// the rays' hits. Nothing where they point so far apart that one picture can't hold them, where one isn't traceable,
+/// or where the scale is so small or large that a float's range gets in the way.
+inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, float away, FanRays& fan) {
   constexpr float kLeastReach = 0x1p-60F, kMostReach = 0x1p60F;
   Picture out;
-  const Vec3 middle = rays[rays.size() / 2].direction * away;
+  constexpr std::size_t kMiddle = kFanRays / 2;
+  const Vec3 middle = Vec3{fan.direction[0][kMiddle], fan.direction[1][kMiddle], fan.direction[2][kMiddle]} * away;
   out.axes = RayAxes::of(middle);
   out.sign = std::copysign(1.0F, middle[static_cast<int>(out.axes.z)]);
   out.octant = octant_of(middle);
   out.apex[0] = apex[static_cast<int>(out.axes.x)];
   out.apex[1] = apex[static_cast<int>(out.axes.y)];
   out.apex[2] = apex[static_cast<int>(out.axes.z)];
-  for (std::size_t i = 0; i < kFanRays; ++i) {
-    const Ray& ray = rays[std::min(i, rays.size() - 1)];
-    fan.direction[0][i] = ray.direction[static_cast<int>(out.axes.x)];
-    fan.direction[1][i] = ray.direction[static_cast<int>(out.axes.y)];
-    fan.direction[2][i] = ray.direction[static_cast<int>(out.axes.z)];
-    fan.t_min[i] = ray.t_min;
-  }
 
   const F16 f;
+  const float *const xs = fan.direction[out.axes.x], *const ys = fan.direction[out.axes.y],
+                     *const zs = fan.direction[out.axes.z];
   const auto widest = hn::Set(f, Picture::kWidest), forward = hn::Set(f, out.sign * away);
   auto fits = hn::Eq(widest, widest);
   auto longest = hn::Zero(f);
@@ -109,11 +104,9 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
     auto u_lo = hn::Set(f, kInfinity), v_lo = u_lo, u_hi = hn::Set(f, -kInfinity), v_hi = u_hi;
     for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
       const std::size_t i = block * kBlockRays + k;
-      const auto x = hn::Load(f, fan.direction[0] + i), y = hn::Load(f, fan.direction[1] + i),
-                 z = hn::Load(f, fan.direction[2] + i);
+      const auto x = hn::LoadU(f, xs + i), y = hn::LoadU(f, ys + i), z = hn::LoadU(f, zs + i);
       const auto along = hn::Mul(z, forward), across = hn::Max(hn::Abs(x), hn::Abs(y));
-      fits = hn::And(fits,
-                     hn::And(hn::Le(across, hn::Mul(widest, along)), hn::Ge(hn::Load(f, fan.t_min + i), hn::Zero(f))));
+      fits = hn::And(fits, hn::And(hn::Le(across, hn::Mul(widest, along)), hn::Gt(along, hn::Zero(f))));
       longest = hn::Max(longest, hn::Max(across, along));
       hn::Store(along, f, fan.along + i);
       const auto u = hn::Div(x, z), v = hn::Div(y, z);
@@ -133,14 +126,10 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, st
   float reach = away < 0 ? hn::GetLane(hn::MaxOfLanes(f, longest)) : 0;
   for (int axis = 0; axis < 3; ++axis)
     reach = std::max(reach, std::abs(apex[axis] - frame.center[axis]) + frame.half[axis]);
-  if (away < 0)
-    for (const Ray& ray : rays) {
-      const Vec3d off = to_double(ray.origin) + to_double(ray.direction) - to_double(apex);
-      if (!(max_component(abs(off)) <= 2 * kUnitRoundoff * reach && ray.t_max <= 1)) return std::nullopt;
-    }
   // Where t is denormal, its rounding would be more than what areas and nearness are off by.
   const bool is_long = away > 0 && !(hn::GetLane(hn::MaxOfLanes(f, longest)) <= 0x1p100F * reach);
-  if (!hn::AllTrue(f, fits) || is_long || !(reach >= kLeastReach && reach <= kMostReach)) return std::nullopt;
+  if (!is_finite(apex) || !hn::AllTrue(f, fits) || is_long || !(reach >= kLeastReach && reach <= kMostReach))
+    return std::nullopt;
   out.reach = reach;
   out.stray = 16 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach;
   return out;

@@ -25,7 +25,6 @@ class RayBatch {
   void start(std::span<const Ray> rays, std::span<Answer> answers) {
     rays_ = rays;
     answers_ = answers;
-    is_answered_ = false;
     bundles_.clear();
     for (std::size_t first = 0; first < rays.size(); first += kBundle)
       bundles_.emplace_back(rays.subspan(first, bundle_size(first)), reach_, placed_);
@@ -53,28 +52,27 @@ class RayBatch {
       tally.volumes(size, misses ? 0 : size);
       if (!misses) entered_.push_back(first);
     }
-    is_whole_ = !placement && !is_answered_ && entered_.size() == bundles_.size();
+    is_whole_ = !placement && entered_.size() == bundles_.size();
     if (is_whole_) return true;
     picked_.clear();
     local_.clear();
+    found_.clear();
     for (const std::size_t first : entered_) pick_from(first, placement, only_traceable);
-    found_.assign(picked_.size(), Answer());
     return !picked_.empty();
   }
 
   /// All rays, in the world's space.
   std::span<const Ray> world_rays() const { return rays_; }
 
-  /// The picked rays in their object's space, ending where they can't find anything better.
+  /// The picked rays in their object's space.
   std::span<const Ray> rays() const { return is_whole_ ? rays_ : local_; }
 
-  /// Room for what is found by them.
+  /// Their answers so far, to be bettered.
   std::span<Answer> found() { return is_whole_ ? answers_ : found_; }
 
   void put_back() {
-    is_answered_ = true;
     if (is_whole_) return;
-    for (std::size_t i = 0; i < picked_.size(); ++i) better(answers_[picked_[i]], found_[i]);
+    for (std::size_t i = 0; i < picked_.size(); ++i) answers_[picked_[i]] = found_[i];
   }
 
  private:
@@ -85,9 +83,9 @@ class RayBatch {
   void pick_from(std::size_t first, const std::optional<Transform>& placement, bool only_traceable) {
     for (std::size_t i = first; i < first + bundle_size(first); ++i) {
       if (is_settled(answers_[i])) continue;
-      Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];
+      const Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];
       if (placement && only_traceable && !is_traceable(ray)) continue;
-      ray.t_max = std::min(ray.t_max, just_beyond(answers_[i]));
+      found_.push_back(answers_[i]);
       picked_.push_back(static_cast<std::uint32_t>(i));
       local_.push_back(ray);
     }
@@ -103,27 +101,19 @@ class RayBatch {
     return std::ranges::find(hidden, 0) == hidden.end() ? -kInfinity : kInfinity;
   }
 
-  /// The open end of what a ray still looks for: at the hit's own t, a lesser object's wins.
-  static float just_beyond(const Hit& hit) { return hit.t < kInfinity ? std::nextafter(hit.t, kInfinity) : kInfinity; }
-  static float just_beyond(std::uint8_t) { return kInfinity; }
-
   /// Whether nothing can be found that would change the answer.
   static bool is_settled(const Hit&) { return false; }
   static bool is_settled(std::uint8_t hidden) { return hidden; }
-
-  static void better(Hit& hit, const Hit& found) { hit = std::min(hit, found); }
-  static void better(std::uint8_t& hidden, std::uint8_t found) { hidden |= found; }
 
   Aabb reach_;
   Transform::Error placed_;
   std::span<const Ray> rays_;
   std::span<Answer> answers_;
-  bool is_answered_ = false;  ///< Any object has been searched.
   std::vector<CullBundle> bundles_;
   std::vector<std::pair<float, std::uint32_t>> by_entry_;
   std::vector<std::uint32_t> order_;
   // Of the object at hand.
-  bool is_whole_ = false;             ///< All rays are picked as they are, and have no answers: nothing is copied.
+  bool is_whole_ = false;             ///< All rays are picked as they are: nothing is copied.
   std::vector<std::size_t> entered_;  ///< Bundles' first rays.
   std::vector<std::uint32_t> picked_;
   std::vector<Ray> local_;

@@ -130,30 +130,52 @@ std::optional<Hit> WideAccel::closest_among(const Ray& ray, std::span<const std:
 }
 
 void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  closest(rays, hits, log, among, false);
-}
-
-void WideAccel::closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  closest(rays, hits, log, among, true);
-}
-
-void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among,
-                        bool is_fan) const {
-  if ((!among && !are_few(is_fan)) || !all_traceable(rays)) return Accel::closest(rays, hits, log, among);
+  if (rays.empty() || (!among && !are_few(false)) || !all_traceable(rays))
+    return Accel::closest(rays, hits, log, among);
   const std::span<const std::uint32_t> objects = among.value_or(all_);
   std::ranges::fill(hits, Hit{});
   if (is_lone_mesh() && objects.size() == 1) {
     if (log.tested) log.tested->mark(0);
-    return closest_on(0, is_fan, rays, hits, log.counts);
+    return closest_on(0, rays, hits, log.counts);
   }
   RayBatch<Hit> batch(objects_.root(), placed_);
-  const std::size_t most = is_fan ? kFanRays : rays.size();
-  for (std::size_t first = 0; first < rays.size(); first += most) {
-    const std::size_t count = std::min(most, rays.size() - first);
-    batch.start(rays.subspan(first, count), hits.subspan(first, count));
+  batch.start(rays, hits);
+  for (const std::uint32_t object : batch.near_to_far(objects, boxes_)) {
+    if (!pick(object, batch, log)) continue;
+    closest_on(object, batch.rays(), batch.found(), log.counts);
+    batch.put_back();
+  }
+}
+
+void WideAccel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
+  if (!among && !are_few(true)) return Accel::closest_fan(fan, hits, log, among);
+  const std::span<const std::uint32_t> objects = among.value_or(all_);
+  std::ranges::fill(hits, Hit{});
+  if (is_lone_mesh() && objects.size() == 1) {
+    if (log.tested) log.tested->mark(0);
+    return closest_on_mesh(0, fan, hits, log.counts);
+  }
+  RayBatch<Hit> batch(objects_.root(), placed_);
+  std::vector<Ray> rays;
+  Directions directions;
+  for (std::size_t first = 0; first < fan.size(); first += kFanRays) {
+    const std::size_t count = std::min(kFanRays, fan.size() - first);
+    rays.clear();
+    for (std::size_t i = first; i < first + count; ++i) rays.push_back(fan.ray(i));
+    if (!all_traceable(rays)) {
+      Accel::closest_fan(fan.part(first, count), hits.subspan(first, count), log, among);
+      continue;
+    }
+    batch.start(rays, hits.subspan(first, count));
     for (const std::uint32_t object : batch.near_to_far(objects, boxes_)) {
       if (!pick(object, batch, log)) continue;
-      closest_on(object, is_fan, batch.rays(), batch.found(), log.counts);
+      if (is_mesh(scene_->objects[object])) {
+        directions.clear();
+        directions.append_those_of(batch.rays());
+        closest_on_mesh(object, {batch.rays().front().origin, directions}, batch.found(), log.counts);
+      } else {
+        closest_on(object, batch.rays(), batch.found(), log.counts);
+      }
       batch.put_back();
     }
   }
@@ -200,29 +222,33 @@ bool WideAccel::pick(std::uint32_t object, RayBatch<Answer>& batch, TraceLog log
   return any;
 }
 
-void WideAccel::closest_on(std::uint32_t object, bool is_fan, std::span<const Ray> rays, std::span<Hit> hits,
+void WideAccel::closest_on(std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
                            TestCounts* counts) const {
   const Object& o = scene_->objects[object];
   if (!is_mesh(o)) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const std::optional<float> t = intersect_single(scene_->shapes[o.shape], rays[i]);
       if (counts) Tally(*counts).object(t.has_value());
-      if (t) hits[i] = {*t, object, 0};
+      if (t) hits[i] = std::min(hits[i], {*t, object, 0});
     }
     return;
   }
   const WideTree& mesh = tree(o.shape);
-  if (!is_fan && rays.size() < kLeastStream) {
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      kernels_.closest(mesh, object, rays.subspan(i, 1), hits.subspan(i, 1), counts);
-    return;
-  }
-  if (!is_fan) return kernels_.closest(mesh, object, rays, hits, counts);
-  for (std::size_t first = 0; first < rays.size(); first += kFanRays) {
-    const std::size_t count = std::min(kFanRays, rays.size() - first);
-    const auto some = rays.subspan(first, count);
-    if (!kernels_.closest_fan(mesh, object, some, hits.subspan(first, count), counts))
-      kernels_.closest(mesh, object, some, hits.subspan(first, count), counts);
+  if (rays.size() >= kLeastStream) return kernels_.closest(mesh, object, rays, hits, counts);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    kernels_.closest(mesh, object, rays.subspan(i, 1), hits.subspan(i, 1), counts);
+}
+
+void WideAccel::closest_on_mesh(std::uint32_t object, const RayFan& fan, std::span<Hit> hits,
+                                TestCounts* counts) const {
+  const WideTree& mesh = tree(scene_->objects[object].shape);
+  for (std::size_t first = 0; first < fan.size(); first += kFanRays) {
+    const std::size_t end = std::min(first + kFanRays, fan.size());
+    if (kernels_.closest_fan(mesh, object, fan.part(first, end - first), hits.subspan(first, end - first), counts))
+      continue;
+    for (std::size_t i = first; i < end; ++i)
+      if (const Ray ray = fan.ray(i); is_traceable(ray))
+        kernels_.closest(mesh, object, {&ray, 1}, hits.subspan(i, 1), counts);
   }
 }
 
@@ -231,6 +257,7 @@ void WideAccel::occluded_on(std::uint32_t object, std::optional<Vec3> apex, std:
   const Object& o = scene_->objects[object];
   if (!is_mesh(o)) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (hidden[i]) continue;
       hidden[i] = intersect_single(scene_->shapes[o.shape], rays[i]).has_value();
       if (counts) Tally(*counts).object(hidden[i]);
     }

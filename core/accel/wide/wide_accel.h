@@ -26,7 +26,7 @@ class WideAccel final : public Accel {
   std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects, TraceLog log) const override;
   void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const override;
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const override;
-  void closest_fan(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const override;
+  void closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const override;
   void occluded_fan(Vec3 apex, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const override;
   AccelStats stats() const override;
 
@@ -46,16 +46,16 @@ class WideAccel final : public Accel {
   /// Whether a mesh in the world's own space is all there is: then nothing has to be picked.
   bool is_lone_mesh() const;
 
-  void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among, bool is_fan) const;
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log,
                 std::optional<Vec3> apex) const;
   /// Picks the rays that may hit an object, if any, and says so to the log.
   template <typename Answer>
   bool pick(std::uint32_t object, RayBatch<Answer>& batch, TraceLog log) const;
 
-  // One object, whose rays are in its own space and have no answers yet; for a mesh they are traceable.
-  void closest_on(std::uint32_t object, bool is_fan, std::span<const Ray> rays, std::span<Hit> hits,
-                  TestCounts* counts) const;
+  // One object, whose rays are in its own space; answers are bettered. For a mesh, those that aren't a fan's are
+  // traceable.
+  void closest_on(std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits, TestCounts* counts) const;
+  void closest_on_mesh(std::uint32_t object, const RayFan& fan, std::span<Hit> hits, TestCounts* counts) const;
   void occluded_on(std::uint32_t object, std::optional<Vec3> apex, std::span<const Ray> rays,
                    std::span<std::uint8_t> hidden, TestCounts* counts) const;
 

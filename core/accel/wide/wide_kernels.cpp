@@ -69,24 +69,61 @@ void occluded(const WideTree& tree, std::uint32_t object, std::span<const Ray> r
   });
 }
 
-bool closest_fan(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+/// A fan that has less rays than fit, filled up: with the last of them, which isn't looked for again.
+struct FilledFan {
+  FilledFan(const RayFan& fan, std::span<const Hit> known) {
+    for (std::size_t i = 0; i < kFanRays; ++i) {
+      const std::size_t from = std::min(i, fan.size() - 1);
+      x[i] = fan.x[from];
+      y[i] = fan.y[from];
+      z[i] = fan.z[from];
+      hits[i] = i < fan.size() ? known[i] : Hit{0};
+    }
+  }
+
+  float x[kFanRays], y[kFanRays], z[kFanRays];
+  Hit hits[kFanRays];
+};
+
+bool closest_fan(const WideTree& tree, std::uint32_t object, const RayFan& rays, std::span<Hit> hits,
                  TestCounts* counts) {
-  if (tree.nodes.empty() || rays.empty()) return true;
-  FanRays fan;
-  const std::optional<Picture> picture = take_picture(TreeFrame(tree), rays[0].origin, rays, 1, fan);
+  if (tree.nodes.empty() || rays.size() == 0) return true;
+  if (rays.size() < kFanRays) {
+    FilledFan filled(rays, hits);
+    const bool done = closest_fan(tree, object, {rays.origin, filled.x, filled.y, filled.z}, filled.hits, counts);
+    std::copy_n(filled.hits, hits.size(), hits.begin());
+    return done;
+  }
+  FanRays fan(rays.x.data(), rays.y.data(), rays.z.data());
+  const std::optional<Picture> picture = take_picture(TreeFrame(tree), rays.origin, 1, fan);
   if (!picture) return false;
-  ClosestFan closest(tree, *picture, rays, object, hits, fan);
+  ClosestFan closest(tree, *picture, rays.origin, object, hits.data(), fan);
   counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, closest, tally).run(); });
   closest.finish();
   return true;
 }
 
+/// Whether rays can't hit what lies behind their origins, and end at the apex at most; `reach` as a picture's.
+bool lead_to(Vec3 apex, float reach, std::span<const Ray> rays) {
+  return std::ranges::all_of(rays, [&](const Ray& ray) {
+    const Vec3d off = to_double(ray.origin) + to_double(ray.direction) - to_double(apex);
+    return max_component(abs(off)) <= 2 * kUnitRoundoff * reach && ray.t_min >= 0 && ray.t_max <= 1;
+  });
+}
+
 bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::span<const Ray> rays,
                   std::span<std::uint8_t> hidden, TestCounts* counts) {
   if (tree.nodes.empty() || rays.empty()) return true;
-  FanRays fan;
-  const std::optional<Picture> picture = take_picture(TreeFrame(tree), apex, rays, -1, fan);
-  if (!picture) return false;
+  float x[kFanRays], y[kFanRays], z[kFanRays];
+  for (std::size_t i = 0; i < kFanRays; ++i) {
+    const Vec3 direction = rays[std::min(i, rays.size() - 1)].direction;
+    x[i] = direction.x;
+    y[i] = direction.y;
+    z[i] = direction.z;
+  }
+  FanRays fan(x, y, z);
+  const std::optional<Picture> picture = take_picture(TreeFrame(tree), apex, -1, fan);
+  if (!picture || !lead_to(apex, picture->reach, rays)) return false;
   OccludedFan occluded(tree, *picture, object, rays, hidden, fan);
   counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, occluded, tally).run(); });
   return true;

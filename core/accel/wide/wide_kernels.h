@@ -6,7 +6,7 @@
 
 #include "core/accel/test_counts.h"
 #include "core/accel/wide/wide_tree.h"
-#include "core/math/ray.h"
+#include "core/math/ray_fan.h"
 
 namespace tessera {
 
@@ -27,9 +27,9 @@ struct WideKernels {
   void (*occluded)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
                    TestCounts* counts);
 
-  /// As `closest`, for up to `kFanRays` rays of one origin; those that are neighbours by sixteens should be so in
-  /// space. False, and nothing done, where the rays point too far apart for a picture.
-  bool (*closest_fan)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+  /// As `closest`, for up to `kFanRays` rays, which need not be traceable. False, and nothing done, where no picture
+  /// can hold them: they point too far apart, or some aren't traceable.
+  bool (*closest_fan)(const WideTree&, std::uint32_t object, const RayFan& fan, std::span<Hit> hits,
                       TestCounts* counts);
 
   /// As `occluded`, for rays that lead to `apex`: see `Accel::occluded_fan`.

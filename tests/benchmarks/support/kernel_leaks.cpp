@@ -43,8 +43,11 @@ std::size_t leaks_of_ours(const Accel& accel, std::span<const Ray> rays) {
   std::vector<std::uint8_t> hidden(rays.size());
   accel.closest(rays, hits);
   accel.occluded(rays, hidden);
-  for (std::size_t at = 0; at < rays.size(); at += fan)
-    accel.closest_fan(rays.subspan(at, fan), std::span(fan_hits).subspan(at, fan));
+  for (std::size_t at = 0; at < rays.size(); at += fan) {
+    Directions directions;
+    directions.append_those_of(rays.subspan(at, fan));
+    accel.closest_fan({rays[at].origin, directions}, std::span(fan_hits).subspan(at, fan));
+  }
   std::size_t leaks = 0;
   for (std::size_t i = 0; i < rays.size(); ++i)
     leaks += !(hits[i].t < kInfinity && fan_hits[i].t < kInfinity && hidden[i] != 0);

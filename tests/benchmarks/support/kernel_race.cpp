@@ -43,7 +43,8 @@ class OurRays {
       const std::size_t n = end - begin;
       switch (set_.query) {
         case Query::closest_fan:
-          return accel_.closest_fan(rays.subspan(begin, n), hits.subspan(begin, n));
+          return accel_.closest_fan(RayFan(rays.front().origin, set_.directions).part(begin, n),
+                                    hits.subspan(begin, n));
         case Query::occluded_fan:
           return accel_.occluded_fan(set_.apex, rays.subspan(begin, n), hidden.subspan(begin, n));
         case Query::closest:

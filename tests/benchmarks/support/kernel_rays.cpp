@@ -20,13 +20,14 @@ void add_tile(const CameraRays& camera, std::uint32_t tile_x, std::uint32_t tile
     const std::uint32_t y = tile_y + block / kAcross * kBlockSide + pixel / kBlockSide;
     const PixelOffset offset = PixelOffsets(0, 1, true).of(x, y, 0);
     set.rays.push_back(camera.ray(x + offset.x, y + offset.y));
+    set.directions.push_back(set.rays.back().direction);
   }
   set.ends.push_back(set.rays.size());
 }
 
 RaySet first_level_rays(const Camera& camera, std::uint32_t side) {
   const CameraRays rays(camera, side, side);
-  RaySet set{"first_level", Query::closest_fan, {}, {}, {}};
+  RaySet set{"first_level", Query::closest_fan, {}, {}, {}, {}};
   set.rays.reserve(std::size_t{side} * side);
   for (const std::uint32_t first_row : {0U, kTileSide})
     for (std::uint32_t y = first_row; y < side; y += 2 * kTileSide)
@@ -84,8 +85,8 @@ class SecondaryRays {
   const KernelScene& scene_;
   float short_way_;
   Random random_{1};
-  RaySet shadow_{"shadow", Query::occluded_fan, {}, {}, {}}, ao_{"ao", Query::occluded, {}, {}, {}},
-      diffuse_{"diffuse", Query::closest, {}, {}, {}};
+  RaySet shadow_{"shadow", Query::occluded_fan, {}, {}, {}, {}}, ao_{"ao", Query::occluded, {}, {}, {}, {}},
+      diffuse_{"diffuse", Query::closest, {}, {}, {}, {}};
 };
 
 }  // namespace
@@ -103,19 +104,19 @@ std::vector<RaySet> kernel_rays(const KernelScene& scene, const Accel& accel, st
   const std::span<const Ray> first_level = sets.front().rays;
   for (std::size_t at = 0; at < first_level.size(); at += hits.size()) {
     const auto tile = first_level.subspan(at, hits.size());
-    accel.closest_fan(tile, hits);
+    accel.closest_fan(RayFan(tile.front().origin, sets.front().directions).part(at, hits.size()), hits);
     for (std::size_t i = 0; i < tile.size(); ++i)
       if (hits[i].t < kInfinity) secondary.leave(tile[i], hits[i]);
     secondary.end_tile();
   }
   for (RaySet& set : secondary.take()) sets.push_back(std::move(set));
-  sets.push_back({"random", Query::closest, {}, random_segments(*scene.scene, first_level.size() / 2, 1).rays, {}});
+  sets.push_back({"random", Query::closest, {}, random_segments(*scene.scene, first_level.size() / 2, 1).rays, {}, {}});
   cut_into_batches(sets.back());
   return sets;
 }
 
 RaySet part_of(const RaySet& set, std::size_t stride) {
-  RaySet part{set.name, set.query, set.apex, {}, {}};
+  RaySet part{set.name, set.query, set.apex, {}, {}, {}};
   for (std::size_t i = 0; i < set.ends.size(); i += stride) {
     const std::size_t begin = i == 0 ? 0 : set.ends[i - 1];
     part.rays.insert(part.rays.end(), set.rays.begin() + static_cast<std::ptrdiff_t>(begin),

@@ -23,6 +23,7 @@ struct RaySet {
   Query query = Query::closest;
   Vec3 apex;  ///< Of an `occluded_fan`.
   std::vector<Ray> rays;
+  Directions directions;          ///< Of the rays of a `closest_fan`.
   std::vector<std::size_t> ends;  ///< Of the batches; each begins where the one before it ends.
 
   /// Rays [begin, end) of the half of the batches that one of two threads traces.

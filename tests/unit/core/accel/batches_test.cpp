@@ -60,7 +60,12 @@ class Batches {
  public:
   Batches(const Accel& accel, std::size_t objects) : accel_(accel), objects_(objects) {}
 
-  void expect_closest(const std::vector<Ray>& rays, bool is_fan, Candidates among) {
+  /// Rays of a fan are taken without their ends.
+  void expect_closest(std::vector<Ray> rays, bool is_fan, Candidates among) {
+    Directions directions;
+    directions.append_those_of(rays);
+    if (is_fan)
+      for (Ray& ray : rays) ray = {ray.origin, ray.direction};
     std::vector<Hit> alone;
     for (const Ray& ray : rays)
       alone.push_back((among ? accel_.closest_among(ray, *among) : accel_.closest(ray)).value_or(Hit{}));
@@ -71,7 +76,7 @@ class Batches {
       TestCounts counts;
       const TraceLog log = size % 2 ? TraceLog{&tested, &counts} : TraceLog{};
       if (is_fan)
-        accel_.closest_fan(some, hits, log, among);
+        accel_.closest_fan(RayFan(rays.front().origin, directions).part(0, size), hits, log, among);
       else
         accel_.closest(some, hits, log, among);
       for (std::size_t i = 0; i < size; ++i) ASSERT_EQ(hits[i], alone[i]) << "ray " << i << " of " << size;

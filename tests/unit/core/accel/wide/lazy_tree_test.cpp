@@ -98,11 +98,11 @@ TEST(WideAccelMeshes, AreMadeWhenARayEntersTheirBox) {
 
 TEST(WideAccelMeshes, AreMadeForFansThatEnterTheirBox) {
   const auto accel = make_accel(three_balls(), {AccelKind::wide});
-  std::vector<Ray> rays;
+  Directions directions;
   for (int i = 0; i < 256; ++i)
-    rays.push_back({{10, 0, 5}, {0.01F * static_cast<float>(i % 16 - 8), 0.01F * static_cast<float>(i / 16 - 8), -1}});
-  std::vector<Hit> hits(rays.size());
-  accel->closest_fan(rays, hits);
+    directions.push_back({0.01F * static_cast<float>(i % 16 - 8), 0.01F * static_cast<float>(i / 16 - 8), -1});
+  std::vector<Hit> hits(256);
+  accel->closest_fan({{10, 0, 5}, directions}, hits);
   EXPECT_EQ(accel->stats().meshes_ready, 1U);
 }
 

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/math/ray.h"
+
+namespace tessera {
+
+/// Directions, coordinate by coordinate: as many as fit into a register are read at once.
+struct Directions {
+  std::vector<float> x, y, z;  ///< Of one length.
+
+  void clear() {
+    x.clear();
+    y.clear();
+    z.clear();
+  }
+  void push_back(Vec3 direction) {
+    x.push_back(direction.x);
+    y.push_back(direction.y);
+    z.push_back(direction.z);
+  }
+  void append_those_of(std::span<const Ray> rays) {
+    for (const Ray& ray : rays) push_back(ray.direction);
+  }
+};
+
+/// A view of rays that leave one point, without an end: a camera's.
+struct RayFan {
+  Vec3 origin;
+  std::span<const float> x, y, z;  ///< Directions; of one length.
+
+  RayFan(Vec3 from, std::span<const float> dx, std::span<const float> dy, std::span<const float> dz)
+      : origin(from), x(dx), y(dy), z(dz) {}
+  RayFan(Vec3 from, const Directions& directions) : RayFan(from, directions.x, directions.y, directions.z) {}
+
+  std::size_t size() const { return x.size(); }
+  Ray ray(std::size_t i) const { return {origin, {x[i], y[i], z[i]}}; }
+  RayFan part(std::size_t first, std::size_t count) const {
+    return {origin, x.subspan(first, count), y.subspan(first, count), z.subspan(first, count)};
+  }
+};
+
+}  // namespace tessera

@@ -249,7 +249,7 @@ class Case {
     const Vec3d forward = to_double(target() - origin), side = random_.direction() * length(forward);
     const double spread = random_.magnitude(-3, 0);
     const Vec3d across = cross(forward, side) / std::max(1e-300, length(forward));
-    const int count = random_.bits() % 2 ? 256 : 1 + static_cast<int>(random_.bits() % 600);
+    const int count = random_.bits() % 2 ? 256 : 1 + static_cast<int>(random_.bits() % 1200);
     const auto scale = random_.bits() % 4 ? 1.0F : static_cast<float>(random_.magnitude(-38, 38));  // t may be denormal
     for (int i = 0; i < count; ++i) {
       const double u = (i % 16 - 7.5) / 8, v = (i / 16 % 16 - 7.5) / 8;

@@ -53,7 +53,7 @@ class Fan {
       : tree_(tree), picture_(picture), fan_(fan), rays_(rays), tally_(tally) {}
 
   HWY_INLINE void run() {
-    stack_[top_++] = {0, (1U << kBlocks) - 1, {-kInfinity, kInfinity, -kInfinity, kInfinity, FanRays::kNearest}};
+    stack_[top_++] = {0, fan_.all(), {-kInfinity, kInfinity, -kInfinity, kInfinity, FanRays::kNearest}};
     while (top_ > 0) {
       Pending next = stack_[--top_];
       fan_.update_blocks();
@@ -74,7 +74,7 @@ class Fan {
   };
   struct Pending {
     std::uint32_t child;
-    std::uint32_t blocks;  ///< With rays in the area: bits.
+    Blocks blocks;  ///< With rays in the area.
     Area area;
   };
 
@@ -82,28 +82,46 @@ class Fan {
   /// may hit each triangle: measured on meshes of 100,000 and 1.6 million triangles.
   static constexpr std::size_t kFewRays = 3;
 
+  static constexpr Blocks kLaneBits = (Blocks{1} << kLanes16) - 1;
+
   /// Blocks with rays that are looked for beyond this.
-  HWY_INLINE std::uint32_t blocks_behind(float nearness) const {
+  HWY_INLINE Blocks blocks_behind(float nearness) const {
     const F16 f;
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < kBlocks; k += kLanes16)
-      bits |= bits_of(f, hn::Le(hn::Load(f, fan_.block_least + k), hn::Set(f, nearness))) << k;
+    Blocks bits = 0;
+    for (std::size_t k = 0; k < fan_.blocks(); k += kLanes16)
+      bits |= Blocks{bits_of(f, hn::Le(hn::Load(f, fan_.block_least + k), hn::Set(f, nearness)))} << k;
     return bits;
   }
 
   /// Blocks that an area may cover.
-  HWY_INLINE std::uint32_t blocks_in(const Area& area) const {
+  HWY_INLINE Blocks blocks_in(const Area& area, Blocks among) const {
     const F16 f;
-    std::uint32_t bits = 0;
+    Blocks bits = 0;
     for (std::size_t k = 0; k < kBlocks; k += kLanes16) {
+      if ((among >> k & kLaneBits) == 0) continue;
       const auto across = hn::And(hn::Le(hn::Load(f, fan_.u_lo + k), hn::Set(f, area.u_hi)),
                                   hn::Ge(hn::Load(f, fan_.u_hi + k), hn::Set(f, area.u_lo)));
       const auto down = hn::And(hn::Le(hn::Load(f, fan_.v_lo + k), hn::Set(f, area.v_hi)),
                                 hn::Ge(hn::Load(f, fan_.v_hi + k), hn::Set(f, area.v_lo)));
       const auto before = hn::Le(hn::Load(f, fan_.block_least + k), hn::Set(f, area.nearness));
-      bits |= bits_of(f, hn::And(hn::And(across, down), before)) << k;
+      bits |= Blocks{bits_of(f, hn::And(hn::And(across, down), before))} << k;
     }
-    return bits;
+    return bits & among;
+  }
+
+  /// Blocks all of whose rays lie in an area.
+  HWY_INLINE Blocks blocks_within(const Area& area, Blocks among) const {
+    const F16 f;
+    Blocks bits = 0;
+    for (std::size_t k = 0; k < kBlocks; k += kLanes16) {
+      if ((among >> k & kLaneBits) == 0) continue;
+      const auto across = hn::And(hn::Ge(hn::Load(f, fan_.u_lo + k), hn::Set(f, area.u_lo)),
+                                  hn::Le(hn::Load(f, fan_.u_hi + k), hn::Set(f, area.u_hi)));
+      const auto down = hn::And(hn::Ge(hn::Load(f, fan_.v_lo + k), hn::Set(f, area.v_lo)),
+                                hn::Le(hn::Load(f, fan_.v_hi + k), hn::Set(f, area.v_hi)));
+      bits |= Blocks{bits_of(f, hn::And(across, down))} << k;
+    }
+    return bits & among;
   }
 
   /// A block's rays in an area: bits.
@@ -122,7 +140,7 @@ class Fan {
   }
 
   /// Areas of a node's children, eight at a time.
-  HWY_INLINE void visit_node(const WideNode& node, std::uint32_t blocks) {
+  HWY_INLINE void visit_node(const WideNode& node, Blocks blocks) {
     const F8 f;
     alignas(32) float u_lo[8], u_hi[8], v_lo[8], v_hi[8], nearness[8];
     std::uint32_t in_sight = 0;
@@ -158,9 +176,9 @@ class Fan {
       const std::uint32_t slot = order & 7;
       if (!(in_sight >> slot & 1)) continue;
       const Area child{u_lo[slot], u_hi[slot], v_lo[slot], v_hi[slot], nearness[slot]};
-      std::uint32_t entered = blocks & blocks_in(child);
-      // A block may cover more of the picture than its rays do.
-      for (std::uint32_t left = entered; left != 0; left &= left - 1)
+      Blocks entered = blocks_in(child, blocks);
+      // A block that isn't inside may cover more of the picture than its rays do.
+      for (Blocks left = entered ^ blocks_within(child, entered); left != 0; left &= left - 1)
         if (!rays_in(static_cast<std::size_t>(std::countr_zero(left)), child)) entered ^= left & -left;
       tally_.volume(entered != 0);
       if (entered == 0) continue;
@@ -176,13 +194,13 @@ class Fan {
     const auto before = tally_.hits();
     std::uint32_t inside[kBlocks];
     std::size_t count = 0;
-    for (std::uint32_t left = next.blocks; left != 0; left &= left - 1) {
+    for (Blocks left = next.blocks; left != 0; left &= left - 1) {
       const auto block = static_cast<std::size_t>(std::countr_zero(left));
       inside[block] = rays_in(block, next.area);
       count += static_cast<std::size_t>(std::popcount(inside[block]));
     }
     if (count <= kFewRays * leaf.count) {
-      for (std::uint32_t left = next.blocks; left != 0; left &= left - 1) {
+      for (Blocks left = next.blocks; left != 0; left &= left - 1) {
         const auto block = static_cast<std::size_t>(std::countr_zero(left));
         for (std::uint32_t rays = inside[block]; rays != 0; rays &= rays - 1)
           test_ray(block * kBlockRays + static_cast<std::size_t>(std::countr_zero(rays)), leaf, seen);
@@ -236,18 +254,18 @@ class Fan {
   }
 
   /// One of a leaf's triangles against blocks, and of them the rays in the leaf's area: elsewhere it stands in others.
-  HWY_INLINE void test_triangle(std::uint32_t blocks, const std::uint32_t (&in_leaf)[kBlocks], const Leaf& leaf,
-                                std::size_t i, const SeenTriangles& seen) {
+  HWY_INLINE void test_triangle(Blocks blocks, const std::uint32_t (&in_leaf)[kBlocks], const Leaf& leaf, std::size_t i,
+                                const SeenTriangles& seen) {
     const F16 f;
-    std::uint32_t covered =
-        blocks & blocks_in({seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearness[i]});
+    Blocks covered = blocks_in({seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearness[i]}, blocks);
     const auto of = [&](const float(&values)[8]) HWY_ATTR { return hn::Set(f, values[i]); };
     const hn::Vec<F16> du[3] = {of(seen.du[0]), of(seen.du[1]), of(seen.du[2])};
     const hn::Vec<F16> dv[3] = {of(seen.dv[0]), of(seen.dv[1]), of(seen.dv[2])};
     const hn::Vec<F16> at[3] = {of(seen.at[0]), of(seen.at[1]), of(seen.at[2])};
     const hn::Vec<F16> by_edge[3] = {of(seen.by_edge[0]), of(seen.by_edge[1]), of(seen.by_edge[2])};
     const auto base = of(seen.base);
-    const auto error = of(seen.error), share = of(seen.share), inside = of(seen.inside);
+    const auto error = of(seen.error), share = of(seen.share);
+    const auto inside = rays_.can_take() ? of(seen.inside) : hn::Set(f, kInfinity);
     for (; covered != 0; covered &= covered - 1) {
       const auto block = static_cast<std::size_t>(std::countr_zero(covered));
       for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
@@ -282,14 +300,13 @@ class Fan {
   ///
   /// Let p be the greatest of (stray/depth)·(1 + |x/depth|) over the corners. A corner is off by 5/16 of that, with
   /// what the ray's line passes the apex by. Edge functions of rays that do pass inside lie within the triangle's
-  /// extent l in the picture, so their error is less than 2.5pl + 0.8p², and p·l for roundings: 16p(l + p) is far more,
-  /// and is added to them. A triangle whose winding in the picture isn't certain is left to the exact routine
-  /// everywhere in its area.
+  /// extent l in the picture, so their error is less than 2.5pl + 0.8p², and p·l for roundings: 5p(l + p) is more, and
+  /// is added to them. A triangle whose winding in the picture isn't certain is left to the exact routine everywhere in
+  /// its area.
   ///
   /// Nearness, 1/depth, of a corner is off by a share of 6.1u·M/depth. Along the triangle it is corner a's, and shares
-  /// of what b's and c's are more: edge functions over the area, each off by a quarter of the slack, the area by
-  /// another. With what the ray's line passes the apex by, the roundings of all this and of a hit's t, less than
-  /// `error`.
+  /// of what b's and c's are more: edge functions over the area, each off by the slack, and the area by as much. With
+  /// what the ray's line passes the apex by, the roundings of all this and of a hit's t, less than `error`.
   HWY_INLINE void see(const Leaf& leaf, std::size_t first, SeenTriangles& seen) const {
     const F8 f;
     const auto sign = hn::Set(f, picture_.sign), zero = hn::Zero(f), one = hn::Set(f, 1.0F);
@@ -317,10 +334,10 @@ class Fan {
     const auto near = hn::Div(one, nearest), off = hn::Mul(hn::Set(f, picture_.stray), near);
     const auto p = hn::Mul(off, hn::Add(one, largest));
     const auto extent = hn::Max(hn::Sub(u_hi, u_lo), hn::Sub(v_hi, v_lo));
-    const auto slack = hn::Mul(hn::Mul(hn::Set(f, 16.0F), p), hn::Add(extent, p));
+    const auto slack = hn::Mul(hn::Mul(hn::Set(f, 5.0F), p), hn::Add(extent, p));
     const auto area =
         hn::NegMulAdd(hn::Sub(b.v, a.v), hn::Sub(c.u, a.u), hn::Mul(hn::Sub(b.u, a.u), hn::Sub(c.v, a.v)));
-    const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Mul(hn::Set(f, 4.0F), slack)));
+    const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Mul(hn::Set(f, 13.0F), slack)));
     const auto stray = hn::Set(f, picture_.stray);
     const auto farthest = hn::Add(max3(a.depth, b.depth, c.depth), stray);
     hn::Store(hn::Sub(u_lo, p), f, seen.u_lo + first);
@@ -349,8 +366,8 @@ class Fan {
     const auto by_edge = [&](const Corner& k) HWY_ATTR { return hn::Mul(hn::Sub(k.near, a.near), over_area); };
     const auto by_edge0 = by_edge(c), by_edge2 = by_edge(b);
     const auto base = hn::NegMulAdd(slack, hn::Add(by_edge0, by_edge2), a.near);
-    const auto error =
-        hn::MulAdd(slack, hn::Add(hn::Abs(by_edge0), hn::Abs(by_edge2)), hn::Mul(near, hn::Add(off, off)));
+    const auto error = hn::MulAdd(hn::Mul(hn::Set(f, 4.0F), slack), hn::Add(hn::Abs(by_edge0), hn::Abs(by_edge2)),
+                                  hn::Mul(near, hn::Add(off, off)));
     const auto after_start = hn::Lt(hn::Add(near, error), hn::Set(f, fan_.most));
     hn::Store(hn::IfThenElseZero(known, by_edge0), f, seen.by_edge[0] + first);
     hn::Store(zero, f, seen.by_edge[1] + first);

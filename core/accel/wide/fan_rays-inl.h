@@ -11,6 +11,7 @@
 #include "core/accel/tally.h"
 #include "core/accel/wide/exact-inl.h"
 #include "core/accel/wide/picture-inl.h"
+#include "core/accel/wide/taken_triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
@@ -27,7 +28,7 @@ class ClosestFan {
  public:
   static constexpr bool kLeave = false;  ///< Rays may leave triangles.
 
-  /// `hits` are `kFanRays`, those of rays that aren't looked for with t = 0.
+  /// `hits` are as many as the fan's rays, those of rays that aren't looked for with t = 0.
   HWY_INLINE ClosestFan(const WideTree& tree, const Picture& picture, Vec3 origin, std::uint32_t object, Hit* hits,
                         FanRays& fan)
       : picture_(picture),
@@ -41,12 +42,13 @@ class ClosestFan {
     const U16 u;
     const auto one = hn::Set(f, 1.0F), nearest = hn::Set(f, FanRays::kNearest), endless = hn::Set(f, kInfinity);
     const auto own = hn::Set(u, object);
-    for (std::size_t i = 0; i < kFanRays; i += kLanes16) {
+    for (std::size_t i = 0; i < fan.count; i += kLanes16) {
       const KnownHits known(hits + i);
       // At infinity no triangle is hit; at another object's hit, if that comes later.
       const auto open = hn::Or(hn::RebindMask(u, hn::Eq(known.t, endless)), hn::Lt(known.object, own));
       const auto number = hn::IfThenElse(hn::Eq(known.object, own), known.primitive, hn::Set(u, kAny));
       hn::Store(known.t, f, best_t_ + i);
+      hn::Store(hn::Zero(I16()), I16(), place_ + i);
       hn::Store(hn::BitCast(I16(), hn::IfThenZeroElse(open, number)), I16(), best_triangle_ + i);
       const auto depth = hn::Min(hn::Mul(known.t, hn::Load(f, fan.along + i)), nearest);
       const auto near = hn::Min(hn::Div(one, depth), nearest);
@@ -56,8 +58,10 @@ class ClosestFan {
     }
   }
 
+  bool can_take() const { return !triangles_.full(); }
+
   /// Rays from `first` on, of which those in `mask` surely hit triangle i of a leaf, at a nearness between `low` and
-  /// `high`, and nothing so near before.
+  /// `high`, and nothing so near before. Precondition: `can_take`.
   HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>& low, const hn::Vec<F16>& high,
                        const Leaf& leaf, std::size_t i) {
     const F16 f;
@@ -65,21 +69,19 @@ class ClosestFan {
     const auto numbers = hn::RebindMask(whole, mask);
     hn::BlendedStore(low, mask, f, fan_.least + first);
     hn::BlendedStore(high, mask, f, fan_.sure + first);
-    hn::BlendedStore(hn::Set(whole, corner(leaf, i)), numbers, whole, corner_ + first);
-    hn::BlendedStore(hn::Set(whole, static_cast<std::int32_t>(leaf.count)), numbers, whole, row_ + first);
+    hn::BlendedStore(hn::Set(whole, place(leaf, i)), numbers, whole, place_ + first);
     taken_[first / kBlockRays] |= bits_of(f, mask) << first % kBlockRays;
-    fan_.raised |= 1U << (first / kBlockRays);
+    fan_.raised |= Blocks{1} << (first / kBlockRays);
   }
 
   /// The same for one ray, if it hits nothing so near so far.
   HWY_INLINE bool take_one(std::size_t ray, float low, float high, const Leaf& leaf, std::size_t i) {
-    if (!(low > fan_.sure[ray])) return false;
+    if (!(low > fan_.sure[ray]) || !can_take()) return false;
     fan_.least[ray] = low;
     fan_.sure[ray] = high;
-    corner_[ray] = corner(leaf, i);
-    row_[ray] = static_cast<std::int32_t>(leaf.count);
+    place_[ray] = place(leaf, i);
     taken_[ray / kBlockRays] |= 1U << ray % kBlockRays;
-    fan_.raised |= 1U << (ray / kBlockRays);
+    fan_.raised |= Blocks{1} << (ray / kBlockRays);
     return true;
   }
 
@@ -97,12 +99,12 @@ class ClosestFan {
 
   /// Precondition: flushed.
   HWY_INLINE void finish() {
-    for (std::size_t first = 0; first < kFanRays; first += kExactLanes) {
+    for (std::size_t first = 0; first < fan_.count; first += kExactLanes) {
       const std::uint32_t taken = taken_[first / kBlockRays] >> first % kBlockRays & kAllExactLanes;
       if (taken != 0) settle(first, taken);
     }
     flush(NoTally());
-    for (std::size_t first = 0; first < kFanRays; first += kLanes16) {
+    for (std::size_t first = 0; first < fan_.count; first += kLanes16) {
       const std::uint32_t found = found_[first / kBlockRays] >> first % kBlockRays;
       if (found == 0) continue;
       const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(found), static_cast<std::uint8_t>(found >> 8)};
@@ -148,6 +150,16 @@ class ClosestFan {
     if (queue_.full()) flush(tally);
   }
 
+  /// Where triangle i of a leaf is kept.
+  HWY_INLINE std::int32_t place(const Leaf& leaf, std::size_t i) {
+    const std::int32_t at = corner(leaf, i);
+    if (at != last_corner_) {
+      last_corner_ = at;
+      last_place_ = triangles_.add(leaf, i, at);
+    }
+    return last_place_;
+  }
+
   /// Where the triangle's first corner stands among the words of the tree's leaves.
   HWY_INLINE std::int32_t corner(const Leaf& leaf, std::size_t i) const {
     return static_cast<std::int32_t>(static_cast<std::size_t>(leaf.rows - words_) + i);
@@ -163,22 +175,18 @@ class ClosestFan {
                dz = hn::LoadU(f, fan_.direction[picture_.axes.z] + first);
     const auto along = hn::PromoteTo(d, dz);
     const auto shear_x = hn::Div(hn::PromoteTo(d, dx), along), shear_y = hn::Div(hn::PromoteTo(d, dy), along);
-    const auto row = hn::Load(whole, row_ + first), rows = hn::Mul(hn::Set(whole, 3), row);
-    auto corner = hn::Load(whole, corner_ + first);
-    const auto triangle = hn::GatherIndex(whole, reinterpret_cast<const std::int32_t*>(words_),
-                                          hn::Add(corner, hn::Mul(hn::Set(whole, 9), row)));
-    const auto at = [&](std::uint32_t axis, int i) HWY_ATTR {
-      const auto place = hn::Add(corner, hn::Mul(row, hn::Set(whole, static_cast<std::int32_t>(axis))));
-      return hn::Sub(word(words_, place), hn::Set(d, double{picture_.apex[i]}));
+    const auto x = triangles_.along(picture_.axes.x, place_ + first),
+               y = triangles_.along(picture_.axes.y, place_ + first),
+               z = triangles_.along(picture_.axes.z, place_ + first);
+    const auto triangle = hn::BitCast(whole, picture_.axes.x == 0 ? x.word : picture_.axes.y == 0 ? y.word : z.word);
+    const auto see = [&](const auto& corner_x, const auto& corner_y, const auto& corner_z) HWY_ATTR {
+      const auto at = [&](const auto& corner, int i)
+                          HWY_ATTR { return hn::Sub(hn::PromoteTo(d, corner), hn::Set(d, double{picture_.apex[i]})); };
+      const auto depth = at(corner_z, 2);
+      return SeenCorner{hn::Sub(at(corner_x, 0), hn::Mul(shear_x, depth)),
+                        hn::Sub(at(corner_y, 1), hn::Mul(shear_y, depth)), depth};
     };
-    const auto see = [&]() HWY_ATTR {
-      const auto depth = at(picture_.axes.z, 2);
-      const SeenCorner out{hn::Sub(at(picture_.axes.x, 0), hn::Mul(shear_x, depth)),
-                           hn::Sub(at(picture_.axes.y, 1), hn::Mul(shear_y, depth)), depth};
-      corner = hn::Add(corner, rows);
-      return out;
-    };
-    const SeenCorner a = see(), b = see(), c = see();
+    const SeenCorner a = see(x.a, y.a, z.a), b = see(x.b, y.b, z.b), c = see(x.c, y.c, z.c);
     const ExactHits found = exact_hits(a, b, c, along);
     // Rays whose longest axis isn't the picture's are seen along another, and asked alone.
     const std::uint32_t regular = bits_of(f, hn::Gt(hn::Abs(dz), hn::Max(hn::Abs(dx), hn::Abs(dy))));
@@ -194,7 +202,7 @@ class ClosestFan {
     found_[first / kBlockRays] |= less << first % kBlockRays;
     for (std::uint32_t left = alone; left != 0; left &= left - 1) {
       const std::size_t ray = first + static_cast<std::size_t>(std::countr_zero(left));
-      test_at(ray, corner_[ray], row_[ray], NoTally());
+      test_at(ray, triangles_.corner(place_[ray]), triangles_.row_length(place_[ray]), NoTally());
     }
   }
 
@@ -207,7 +215,7 @@ class ClosestFan {
     fan_.least[ray] = std::max(fan_.least[ray], near * kLess);
     fan_.sure[ray] = std::max(fan_.sure[ray], near * kMore);
     found_[ray / kBlockRays] |= 1U << ray % kBlockRays;
-    fan_.raised |= 1U << (ray / kBlockRays);
+    fan_.raised |= Blocks{1} << (ray / kBlockRays);
   }
 
   const Picture& picture_;
@@ -219,10 +227,12 @@ class ClosestFan {
   Ray queued_[ExactQueue::kPairs];
   std::size_t queued_number_[ExactQueue::kPairs];
   ExactQueue queue_;
-  alignas(64) float best_t_[kFanRays];  ///< Of those that were tested.
-  alignas(64) std::int32_t best_triangle_[kFanRays] = {};
-  /// Of the triangle that was taken: as in `ExactQueue`. Others' places can be read too.
-  alignas(64) std::int32_t corner_[kFanRays] = {}, row_[kFanRays] = {};
+  TakenTriangles triangles_;
+  std::int32_t last_corner_ = -1, last_place_ = 0;  ///< Of the triangle that was taken last.
+  alignas(64) float best_t_[kFanRays];              ///< Of those that were tested.
+  alignas(64) std::int32_t best_triangle_[kFanRays];
+  /// Of the triangle that was taken. Others' places can be read too.
+  alignas(64) std::int32_t place_[kFanRays];
   std::uint32_t taken_[kBlocks] = {};  ///< Rays that surely hit something: bits.
   std::uint32_t found_[kBlocks] = {};  ///< Rays that hit something less than what they came with: bits.
 };
@@ -232,12 +242,14 @@ class OccludedFan {
  public:
   static constexpr bool kLeave = true;
 
+  static constexpr bool can_take() { return true; }
+
   OccludedFan(const WideTree& tree, const Picture& picture, std::uint32_t object, std::span<const Ray> rays,
               std::span<std::uint8_t> hidden, FanRays& fan)
       : rays_(rays), hidden_(hidden), fan_(fan), queue_(tree, rays) {
     // A ray ends where t_max says before the apex, and begins where it says before the other end.
     float most = FanRays::kNearest;
-    for (std::size_t i = 0; i < kFanRays; ++i) {
+    for (std::size_t i = 0; i < fan.count; ++i) {
       const Ray& ray = rays[std::min(i, rays.size() - 1)];
       const float along = fan.along[i];
       fan.left[i] = left_in(ray, object);
@@ -255,7 +267,7 @@ class OccludedFan {
     hn::BlendedStore(hn::Set(f, kInfinity), mask, f, fan_.least + first);
     for (std::uint32_t left = bits_of(f, mask); left != 0; left &= left - 1)
       hidden_[first + static_cast<std::size_t>(std::countr_zero(left))] = 1;
-    fan_.raised |= 1U << (first / kBlockRays);
+    fan_.raised |= Blocks{1} << (first / kBlockRays);
   }
 
   HWY_INLINE bool take_one(std::size_t ray, float low, float, const Leaf&, std::size_t) {
@@ -279,7 +291,7 @@ class OccludedFan {
   HWY_INLINE void hide(std::size_t ray) {
     hidden_[ray] = 1;
     fan_.least[ray] = kInfinity;
-    fan_.raised |= 1U << (ray / kBlockRays);
+    fan_.raised |= Blocks{1} << (ray / kBlockRays);
   }
 
   const std::span<const Ray> rays_;

@@ -19,7 +19,12 @@ using F16 = hn::CappedTag<float, 16>;
 inline constexpr std::size_t kLanes16 = hn::MaxLanes(F16());
 inline constexpr std::size_t kBlockRays = 16;
 inline constexpr std::size_t kBlocks = kFanRays / kBlockRays;
-static_assert(kBlocks == 16);
+/// Some of a fan's blocks: bits.
+using Blocks = std::uint64_t;
+static_assert(kBlocks == 64);
+
+/// The least multiple of a block's rays that holds so many.
+constexpr std::size_t whole_blocks(std::size_t rays) { return (rays + kBlockRays - 1) / kBlockRays * kBlockRays; }
 
 /// Rays that pass through one point, the apex, as they are seen from it: each is a point (u, v) of a picture, and what
 /// they may hit covers an area of it. So a whole tile goes through a tree at once: nodes and triangles are turned away
@@ -45,16 +50,23 @@ struct Picture {
   std::uint32_t octant;  ///< Of the way that the rays take from the apex, most of them.
 };
 
-/// Sixteen by sixteen rays in their picture; the last one stands in for those that there are less. Blocks had better be
+/// The rays in their picture; the last one stands in for those that there are less. Blocks had better be
 /// small areas.
 ///
 /// How far a ray is looked for is kept as 1/depth, "nearness", since along a plane that is linear in u and v.
 struct FanRays {
   static constexpr float kNearest = std::numeric_limits<float>::max();
 
-  FanRays(const float* x, const float* y, const float* z) : direction{x, y, z} {}
+  /// Precondition: `rays` make whole blocks, one at least.
+  FanRays(const float* x, const float* y, const float* z, std::size_t rays) : direction{x, y, z}, count(rays) {
+    std::fill(block_least + blocks(), block_least + kBlocks, kInfinity);
+  }
+
+  std::size_t blocks() const { return count / kBlockRays; }
+  Blocks all() const { return ~Blocks{0} >> (kBlocks - blocks()); }
 
   const float* const direction[3];
+  const std::size_t count;
   alignas(64) float along[kFanRays];  ///< Depth for each t: the direction's size along the picture's axis.
   alignas(64) float u[kFanRays], v[kFanRays];
   alignas(64) std::uint32_t left[kFanRays];  ///< The triangle that a ray leaves; read of shadow rays.
@@ -64,8 +76,8 @@ struct FanRays {
   /// What has more nearness may lie before some ray's beginning.
   float most = kNearest;
   alignas(64) float u_lo[kBlocks], u_hi[kBlocks], v_lo[kBlocks], v_hi[kBlocks];
-  alignas(64) float block_least[kBlocks];      ///< The least `least` in a block.
-  std::uint32_t raised = (1U << kBlocks) - 1;  ///< Blocks whose `block_least` is out of date: bits.
+  alignas(64) float block_least[kBlocks];  ///< The least `least` in a block.
+  Blocks raised = all();                   ///< Those whose `block_least` is out of date.
 
   HWY_INLINE void update_blocks() {
     const F16 f;
@@ -85,8 +97,8 @@ struct FanRays {
 inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, float away, FanRays& fan) {
   constexpr float kLeastReach = 0x1p-60F, kMostReach = 0x1p60F;
   Picture out;
-  constexpr std::size_t kMiddle = kFanRays / 2;
-  const Vec3 middle = Vec3{fan.direction[0][kMiddle], fan.direction[1][kMiddle], fan.direction[2][kMiddle]} * away;
+  const std::size_t half = fan.count / 2;
+  const Vec3 middle = Vec3{fan.direction[0][half], fan.direction[1][half], fan.direction[2][half]} * away;
   out.axes = RayAxes::of(middle);
   out.sign = std::copysign(1.0F, middle[static_cast<int>(out.axes.z)]);
   out.octant = octant_of(middle);
@@ -100,7 +112,7 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, fl
   const auto widest = hn::Set(f, Picture::kWidest), forward = hn::Set(f, out.sign * away);
   auto fits = hn::Eq(widest, widest);
   auto longest = hn::Zero(f);
-  for (std::size_t block = 0; block < kBlocks; ++block) {
+  for (std::size_t block = 0; block < fan.blocks(); ++block) {
     auto u_lo = hn::Set(f, kInfinity), v_lo = u_lo, u_hi = hn::Set(f, -kInfinity), v_hi = u_hi;
     for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
       const std::size_t i = block * kBlockRays + k;

@@ -69,10 +69,10 @@ void occluded(const WideTree& tree, std::uint32_t object, std::span<const Ray> r
   });
 }
 
-/// A fan that has less rays than fit, filled up: with the last of them, which isn't looked for again.
+/// A fan whose rays don't make whole blocks, filled up: with the last of them, which isn't looked for again.
 struct FilledFan {
-  FilledFan(const RayFan& fan, std::span<const Hit> known) {
-    for (std::size_t i = 0; i < kFanRays; ++i) {
+  FilledFan(const RayFan& fan, std::span<const Hit> known) : count(whole_blocks(fan.size())) {
+    for (std::size_t i = 0; i < count; ++i) {
       const std::size_t from = std::min(i, fan.size() - 1);
       x[i] = fan.x[from];
       y[i] = fan.y[from];
@@ -81,20 +81,23 @@ struct FilledFan {
     }
   }
 
+  RayFan from(Vec3 origin) const { return RayFan(origin, x, y, z).part(0, count); }
+
+  std::size_t count;
   float x[kFanRays], y[kFanRays], z[kFanRays];
-  Hit hits[kFanRays];
+  std::array<Hit, kFanRays> hits;
 };
 
 bool closest_fan(const WideTree& tree, std::uint32_t object, const RayFan& rays, std::span<Hit> hits,
                  TestCounts* counts) {
   if (tree.nodes.empty() || rays.size() == 0) return true;
-  if (rays.size() < kFanRays) {
+  if (rays.size() % kBlockRays != 0) {
     FilledFan filled(rays, hits);
-    const bool done = closest_fan(tree, object, {rays.origin, filled.x, filled.y, filled.z}, filled.hits, counts);
-    std::copy_n(filled.hits, hits.size(), hits.begin());
+    const bool done = closest_fan(tree, object, filled.from(rays.origin), filled.hits, counts);
+    std::copy_n(filled.hits.begin(), hits.size(), hits.begin());
     return done;
   }
-  FanRays fan(rays.x.data(), rays.y.data(), rays.z.data());
+  FanRays fan(rays.x.data(), rays.y.data(), rays.z.data(), rays.size());
   const std::optional<Picture> picture = take_picture(TreeFrame(tree), rays.origin, 1, fan);
   if (!picture) return false;
   ClosestFan closest(tree, *picture, rays.origin, object, hits.data(), fan);
@@ -115,13 +118,14 @@ bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::sp
                   std::span<std::uint8_t> hidden, TestCounts* counts) {
   if (tree.nodes.empty() || rays.empty()) return true;
   float x[kFanRays], y[kFanRays], z[kFanRays];
-  for (std::size_t i = 0; i < kFanRays; ++i) {
+  const std::size_t count = whole_blocks(rays.size());
+  for (std::size_t i = 0; i < count; ++i) {
     const Vec3 direction = rays[std::min(i, rays.size() - 1)].direction;
     x[i] = direction.x;
     y[i] = direction.y;
     z[i] = direction.z;
   }
-  FanRays fan(x, y, z);
+  FanRays fan(x, y, z, count);
   const std::optional<Picture> picture = take_picture(TreeFrame(tree), apex, -1, fan);
   if (!picture || !lead_to(apex, picture->reach, rays)) return false;
   OccludedFan occluded(tree, *picture, object, rays, hidden, fan);

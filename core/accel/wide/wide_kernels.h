@@ -11,7 +11,7 @@
 namespace tessera {
 
 /// Rays of a fan at most.
-inline constexpr std::size_t kFanRays = 256;
+inline constexpr std::size_t kFanRays = 1024;
 
 /// How rays are led through the `WideTree` of an object's mesh, compiled for one instruction set; all find the same
 /// hits. Rays are in the mesh's own space and traceable. `counts` is null, and counting costs nothing, where nobody

@@ -1,0 +1,93 @@
+// Per-target: compiled once for each instruction set (wide_kernels.cpp).
+#if defined(TESSERA_TAKEN_TRIANGLES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_TAKEN_TRIANGLES_INL
+#undef TESSERA_TAKEN_TRIANGLES_INL
+#else
+#define TESSERA_TAKEN_TRIANGLES_INL
+#endif
+
+#include "core/accel/wide/exact-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::HWY_NAMESPACE {
+
+/// Triangles, each of which some ray is to be tested with later. They are copied from their leaves so that those of
+/// several rays come into registers by whole rows, which are then turned into columns: a third of what gathering their
+/// ten words takes.
+class TakenTriangles {
+ public:
+  bool full() const { return count_ == kMost; }
+
+  /// Keeps triangle i of a leaf, whose corner a.x stands at word `corner` of all leaves'; its place here. Precondition:
+  /// not full.
+  HWY_INLINE std::int32_t add(const Leaf& leaf, std::size_t i, std::int32_t corner) {
+    const std::uint32_t words[3] = {leaf.triangle(i), static_cast<std::uint32_t>(corner),
+                                    static_cast<std::uint32_t>(leaf.count)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* const at = leaf.rows + axis * leaf.count + i;
+      triangles_[count_][axis] = {{at[0], at[3 * leaf.count], at[6 * leaf.count]}, words[axis]};
+    }
+    return static_cast<std::int32_t>(count_++);
+  }
+
+  std::int32_t corner(std::int32_t place) const { return static_cast<std::int32_t>(row(place, 1).word); }
+  std::int32_t row_length(std::int32_t place) const { return static_cast<std::int32_t>(row(place, 2).word); }
+
+  /// For each lane a triangle's corners along an axis, and a word.
+  template <typename V>
+  struct Columns {
+    V a, b, c, word;
+  };
+
+  /// Of the triangles at `places`, one for each lane. The word along x is the triangle's number.
+  template <std::size_t kLanes = kExactLanes, typename D = hn::CappedTag<float, kLanes>>
+  HWY_INLINE Columns<hn::Vec<D>> along(std::uint32_t axis, const std::int32_t* places) const {
+    const D d;
+    const hn::FixedTag<float, 4> four;
+    const auto lane = [&](std::size_t i) HWY_ATTR { return hn::Load(four, row(places[i], axis).corner); };
+    if constexpr (kLanes == 8) {
+      const auto lanes = [&](std::size_t i) HWY_ATTR { return hn::Combine(d, lane(i + 4), lane(i)); };
+      return turned(d, lanes(0), lanes(1), lanes(2), lanes(3));
+    } else if constexpr (kLanes == 4) {
+      return turned(d, lane(0), lane(1), lane(2), lane(3));
+    } else {
+      const auto p = lane(0), q = lane(1);
+      const auto both = turned(four, p, q, p, q);
+      return {hn::LowerHalf(d, both.a), hn::LowerHalf(d, both.b), hn::LowerHalf(d, both.c),
+              hn::LowerHalf(d, both.word)};
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMost = 2 * kFanRays;
+
+  struct alignas(16) Row {
+    float corner[3];
+    std::uint32_t word;
+  };
+
+  const Row& row(std::int32_t place, std::uint32_t axis) const {
+    return triangles_[static_cast<std::size_t>(place)][axis];
+  }
+
+  /// Turns each block of four rows into columns.
+  template <typename D, typename V = hn::Vec<D>>
+  static HWY_INLINE Columns<V> turned(D d, const V& p, const V& q, const V& r, const V& s) {
+    const hn::RepartitionToWide<D> pairs;
+    const auto lower_pq = hn::BitCast(pairs, hn::InterleaveLower(d, p, q)),
+               lower_rs = hn::BitCast(pairs, hn::InterleaveLower(d, r, s)),
+               upper_pq = hn::BitCast(pairs, hn::InterleaveUpper(d, p, q)),
+               upper_rs = hn::BitCast(pairs, hn::InterleaveUpper(d, r, s));
+    return {hn::BitCast(d, hn::InterleaveLower(pairs, lower_pq, lower_rs)),
+            hn::BitCast(d, hn::InterleaveUpper(pairs, lower_pq, lower_rs)),
+            hn::BitCast(d, hn::InterleaveLower(pairs, upper_pq, upper_rs)),
+            hn::BitCast(d, hn::InterleaveUpper(pairs, upper_pq, upper_rs))};
+  }
+
+  std::size_t count_ = 0;
+  Row triangles_[kMost][3];
+};
+
+}  // namespace tessera::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

@@ -337,7 +337,7 @@ class Fan {
     const auto slack = hn::Mul(hn::Mul(hn::Set(f, 5.0F), p), hn::Add(extent, p));
     const auto area =
         hn::NegMulAdd(hn::Sub(b.v, a.v), hn::Sub(c.u, a.u), hn::Mul(hn::Sub(b.u, a.u), hn::Sub(c.v, a.v)));
-    const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Mul(hn::Set(f, 13.0F), slack)));
+    const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Add(slack, slack)));
     const auto stray = hn::Set(f, picture_.stray);
     const auto farthest = hn::Add(max3(a.depth, b.depth, c.depth), stray);
     hn::Store(hn::Sub(u_lo, p), f, seen.u_lo + first);
@@ -379,20 +379,23 @@ class Fan {
               seen.inside + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), known), leaf.triangles(first), hn::Set(U8(), SeenTriangles::kNobody)),
               U8(), seen.number + first);
-    if (!hn::AllFalse(f, reaches)) see_reaching(leaf, first, nearest, farthest, seen);
+    const auto is_close = hn::And(hn::Lt(nearest, hn::Set(f, 0.125F * picture_.reach)), hn::Gt(extent, one));
+    if (!hn::AllFalse(f, hn::Or(reaches, is_close))) see_from_apex(leaf, first, nearest, farthest, seen);
   }
 
-  /// What becomes of triangles that reach to the apex or behind it: `see` gives them no end and no edges.
+  /// What becomes of triangles that reach to the apex or behind it, to which `see` gives no end and no edges, and of
+  /// large ones with a corner nearby, whose place in the picture is vague.
   ///
   /// Their edges are planes through the apex, e.g. normal a×b, and a ray's nearness is the sum of its places beside the
   /// three over det(a, b, c). Let corners lie within m of the apex, and s = 16um + 2uM, more than they are off with
   /// what the ray's line passes the apex by. Normals are off by 4sm, and functions of (u, v, 1), with |u|, |v| ≤ 4, by
-  /// 36sm and roundings: 40sm is added to them. The determinant is off by 18sm² and roundings, less than 24sm². Where
-  /// that is a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is computed, and that less 2.5h
-  /// and three times twice 40sm is not more than it; h is more than 64u, so that this covers roundings. Where cubes of
-  /// m leave a float's range there are no edges.
-  HWY_INLINE void see_reaching(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
-                               const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
+  /// 36sm and roundings: 40sm is added to them. The determinant is off by s times the normals' sizes, |x| + |y| + |z|;
+  /// since those are off too, and corners together, by less than 64s²m; and by less than 40u|a||b||c| for roundings.
+  /// Where that, or 64u of it, is a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is
+  /// computed, and that less 2.5h and three times twice 40sm is not more than it. Where cubes of m leave a float's
+  /// range there are no edges.
+  HWY_INLINE void see_from_apex(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
+                                const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
     const F8 f;
     const auto sign = hn::Set(f, picture_.sign), stray = hn::Set(f, picture_.stray), zero = hn::Zero(f);
     const std::uint32_t axes[3] = {picture_.axes.x, picture_.axes.y, picture_.axes.z};
@@ -425,17 +428,30 @@ class Fan {
     const auto largest = [](const Corner& p)
                              HWY_ATTR { return hn::Max(hn::Abs(p.x), hn::Max(hn::Abs(p.y), hn::Abs(p.z))); };
     const Corner normals[3] = {across(a, b), across(b, c), across(c, a)};
-    const auto m = hn::Max(largest(a), hn::Max(largest(b), largest(c)));
+    const auto size_a = largest(a), size_b = largest(b), size_c = largest(c);
+    const auto m = hn::Max(size_a, hn::Max(size_b, size_c));
     const auto s =
         hn::MulAdd(m, hn::Set(f, 16 * static_cast<float>(kUnitRoundoff)), hn::Mul(stray, hn::Set(f, 0.125F)));
     const auto sm = hn::Mul(s, m), slack = hn::Mul(sm, hn::Set(f, 40.0F));
     const auto det = hn::MulAdd(normals[1].x, a.x, hn::MulAdd(normals[1].y, a.y, hn::Mul(normals[1].z, a.z)));
-    const auto off = hn::Mul(hn::Mul(sm, m), hn::Set(f, 24.0F)), size = hn::Abs(det);
+    const auto sizes = [&](const Corner& p)
+                           HWY_ATTR { return hn::Add(hn::Abs(p.x), hn::Add(hn::Abs(p.y), hn::Abs(p.z))); };
+    const auto normal_sizes = hn::Add(sizes(normals[0]), hn::Add(sizes(normals[1]), sizes(normals[2])));
+    const auto size = hn::Abs(det), unit = hn::Set(f, static_cast<float>(kUnitRoundoff));
+    const auto by_corners = hn::Mul(s, hn::MulAdd(hn::Set(f, 64.0F), sm, normal_sizes));
+    const auto by_roundings = hn::Mul(hn::Mul(unit, hn::Set(f, 40.0F)), hn::Mul(size_a, hn::Mul(size_b, size_c)));
+    const auto off = hn::Max(hn::Add(by_corners, by_roundings), hn::Mul(hn::Mul(unit, hn::Set(f, 64.0F)), size));
     const auto in_range = hn::And(hn::Gt(off, hn::Set(f, 0x1p-120F)), hn::Lt(size, hn::Set(f, 0x1p120F)));
-    const auto sided = hn::And(hn::And(reaches, hn::Gt(farthest, zero)), hn::And(in_range, hn::Gt(size, off)));
-    const auto sure = hn::And(sided, hn::Gt(size, hn::Mul(off, hn::Set(f, 16.0F))));
     const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), h = hn::Div(off, size);
     const auto by_edge = hn::Div(hn::MulAdd(h, hn::Set(f, 1.25F), hn::Set(f, 1.0F)), size);
+    const auto error = hn::Mul(hn::Mul(slack, by_edge), hn::Set(f, 6.0F));
+    const auto has_sides = hn::And(hn::Gt(farthest, zero), hn::And(in_range, hn::Gt(size, off)));
+    const auto is_sure = hn::And(has_sides, hn::Gt(size, hn::Mul(off, hn::Set(f, 16.0F))));
+    const auto doubt = hn::Add(error, hn::Div(hn::Mul(h, hn::Set(f, 4.0F)), farthest));
+    const auto numbers = hn::Load(U8(), seen.number + first);
+    const auto unknown = hn::RebindMask(f, hn::Eq(numbers, hn::Set(U8(), SeenTriangles::kNobody)));
+    const auto sure = hn::And(is_sure, hn::Or(unknown, hn::Lt(doubt, hn::Load(f, seen.error + first))));
+    const auto sided = hn::Or(sure, hn::And(unknown, has_sides));
     for (int i = 0; i < 3; ++i) {
       hn::BlendedStore(hn::Mul(turned, normals[i].x), sided, f, seen.du[i] + first);
       hn::BlendedStore(hn::Mul(turned, normals[i].y), sided, f, seen.dv[i] + first);
@@ -444,9 +460,8 @@ class Fan {
     }
     hn::BlendedStore(zero, sure, f, seen.base + first);
     hn::BlendedStore(hn::NegMulAdd(h, hn::Set(f, 2.5F), hn::Set(f, 1.0F)), sure, f, seen.share + first);
-    hn::BlendedStore(hn::Mul(hn::Mul(slack, by_edge), hn::Set(f, 6.0F)), sure, f, seen.error + first);
+    hn::BlendedStore(error, sure, f, seen.error + first);
     if (fan_.most == FanRays::kNearest) hn::BlendedStore(hn::Add(slack, slack), sure, f, seen.inside + first);
-    const auto numbers = hn::Load(U8(), seen.number + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), sure), leaf.triangles(first), numbers), U8(), seen.number + first);
   }
 

@@ -88,6 +88,9 @@ class ClosestFan {
   /// Tests triangle i of a leaf, by the time of `flush`.
   template <typename Counter>
   HWY_INLINE void test(std::size_t ray, const Leaf& leaf, std::size_t i, Counter tally) {
+    // A triangle may stand in several leaves.
+    const bool is_taken = taken_[ray / kBlockRays] >> ray % kBlockRays & 1;
+    if (is_taken && triangles_.number(place_[ray]) == leaf.triangle(i)) return;
     test_at(ray, corner(leaf, i), static_cast<std::int32_t>(leaf.count), tally);
   }
 

@@ -30,6 +30,7 @@ class TakenTriangles {
     return static_cast<std::int32_t>(count_++);
   }
 
+  std::uint32_t number(std::int32_t place) const { return row(place, 0).word; }
   std::int32_t corner(std::int32_t place) const { return static_cast<std::int32_t>(row(place, 1).word); }
   std::int32_t row_length(std::int32_t place) const { return static_cast<std::int32_t>(row(place, 2).word); }
 
@@ -59,7 +60,7 @@ class TakenTriangles {
   }
 
  private:
-  static constexpr std::size_t kMost = 2 * kFanRays;
+  static constexpr std::size_t kMost = kFanRays;
 
   struct alignas(16) Row {
     float corner[3];

@@ -336,6 +336,23 @@ TriangleMesh needles(std::uint64_t seed, int count, double width) {
   return mesh;
 }
 
+/// Beams that run past the middle, each with others right behind it: what is seen first, far along them, has to be
+/// told apart from as near as floats allow up to a tenth of their length.
+TriangleMesh layered_beams(std::uint64_t seed, int count) {
+  Random random(seed);
+  TriangleMesh mesh;
+  for (int i = 0; i < count; ++i) {
+    const Vec3d way = random.direction(), across = cross(way, random.direction()), normal = cross(way, across);
+    const Vec3d middle = random.in_cube() * random.magnitude(-3, 0);
+    const double width = random.magnitude(-3, 0), apart = random.magnitude(-7, -1);
+    for (int layer = 0; layer < 4; ++layer) {
+      const Vec3d at = middle + normal * (apart * layer);
+      add(mesh, at - way * random.uniform(-0.1, 1), at + way, at + way * random.uniform(0.5, 1) + across * width);
+    }
+  }
+  return mesh;
+}
+
 /// Each triangle several times over, in any order and turned round.
 TriangleMesh twins(TriangleMesh mesh, std::uint64_t seed) {
   Random random(seed);
@@ -425,6 +442,35 @@ TEST(WideKernels, AgreeOnNeedles_Stress15) {
   expect_tried(expect_agreement("needles", effort(6, 100), [](std::uint64_t seed) {
     return needles(seed, 300, std::pow(10.0, -static_cast<double>(seed % 8)));
   }));
+}
+
+TEST(WideKernels, AgreeOnBeamsPastTheCamera) {
+  expect_tried(expect_agreement("beams", effort(12, 200),
+                                [](std::uint64_t seed) { return layered_beams(seed, 3 + seed * 4 % 40); }));
+}
+
+/// Each ray meets six triangles of its own, in any order.
+TEST(WideKernels, AgreeWhereAFanTakesMoreThanItKeeps) {
+  Random random(1);
+  TriangleMesh mesh;
+  Directions directions;
+  const Vec3 eye{16, 16, 100};
+  for (int i = 0; i < static_cast<int>(kFanRays); ++i) {
+    const Vec3d at{i % 32 + 0.5, i / 32 + 0.5, 0};
+    directions.push_back(to_float(at) - eye);
+    for (int layer = 0; layer < 6; ++layer) {
+      const Vec3d middle = at + Vec3d{0, 0, random.uniform(-0.1, 0.1)};
+      add(mesh, middle + Vec3d{-0.2, -0.2, 0}, middle + Vec3d{0.2, -0.2, 0}, middle + Vec3d{0, 0.3, 0});
+    }
+  }
+  const RayFan fan(eye, directions);
+  const auto brute = make_accel(SceneBuilder().add(mesh).build(), {AccelKind::brute});
+  const WideTree tree = build_wide(mesh);
+  for (const WideKernels* kernels : runnable_wide_kernels()) {
+    std::vector<Hit> hits(fan.size());
+    ASSERT_TRUE(kernels->closest_fan(tree, 0, fan, hits, nullptr));
+    for (std::size_t i = 0; i < fan.size(); ++i) ASSERT_EQ(hits[i], brute->closest(fan.ray(i))) << kernels->name;
+  }
 }
 
 TEST(WideKernels, AgreeOnTrianglesWithoutArea_Stress16) {

@@ -287,7 +287,7 @@ class Fan {
         if (hn::AllFalse(f, maybe)) continue;
         const auto is_sure =
             hn::And(maybe, hn::And(hn::Ge(least, inside), hn::Gt(low, hn::Load(f, fan_.sure + first))));
-        rays_.take(first, is_sure, low, high, leaf, i);
+        if (!hn::AllFalse(f, is_sure)) rays_.take(first, is_sure, low, high, leaf, i);
         if constexpr (Counter::kCounts)
           for (std::uint32_t left = bits_of(f, is_sure); left != 0; left &= left - 1) tally_.object(true);
         for (std::uint32_t left = bits_of(f, hn::AndNot(is_sure, maybe)); left != 0; left &= left - 1)

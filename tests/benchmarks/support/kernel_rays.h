@@ -48,12 +48,12 @@ struct RaySet {
 
 inline constexpr std::array<std::string_view, 5> kKernelRays = {"first_level", "shadow", "ao", "diffuse", "random"};
 
-/// A tile of first-level rays: 16 × 16 pixels, 4 × 4 blocks one after another.
-inline constexpr std::uint32_t kTileSide = 16, kBlockSide = 4;
+/// A tile of first-level rays: 32 × 32 pixels, 4 × 4 blocks one after another.
+inline constexpr std::uint32_t kTileSide = 32, kBlockSide = 4;
 /// Rays in a batch that isn't a tile.
 inline constexpr std::size_t kBatch = 4096;
 
-/// One set for each of `kKernelRays`, of the picture of side × side pixels (a multiple of 32): a jittered ray for each
+/// One set for each of `kKernelRays`, of the picture of side × side pixels (a multiple of 64): a jittered ray for each
 /// pixel; from what they hit, on the viewer's side, a ray to the light where the surface faces it, a short ray and a
 /// long one distributed like the cosine to the normal; and half as many segments between points of the scene's box as
 /// there are pixels. Every other row of tiles comes first, so that both halves of a set see all of the picture.

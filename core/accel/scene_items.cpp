@@ -13,8 +13,9 @@ namespace {
 /// bring more are known by the corners of their boxes.
 constexpr std::size_t kMostPoints = 1 << 24;
 
-/// So few points, instances counted, are fitted sooner than thinned.
-constexpr std::size_t kFewPoints = 1 << 16;
+/// So few points, instances counted, are fitted sooner than thinned; and boxes to any number of points of so few
+/// instances: a point goes into a hull in the time in which it is placed in some dozens of boxes.
+constexpr std::size_t kFewPoints = 1 << 16, kFewBoxed = 32;
 
 std::vector<Aabb> triangle_boxes(const TriangleMesh& mesh) {
   std::vector<Aabb> boxes(mesh.triangles.size());
@@ -33,9 +34,10 @@ Outline corners(const Aabb& box) {
 
 /// The shape's outline, with the points of its convex hull alone where it has many; `points_left` of the scene's
 /// allowance are reduced by what it brings.
-Outline shape_outline(const Shape& shape, std::size_t objects, std::size_t& points_left) {
+Outline shape_outline(const Shape& shape, BoundKind bound, std::size_t objects, std::size_t& points_left) {
   Outline seen = outline(shape);
-  if (seen.points.size() * objects > kFewPoints) HullBound().fit(seen);
+  const bool are_few = seen.points.size() * objects <= kFewPoints || (bound == BoundKind::box && objects <= kFewBoxed);
+  if (!are_few) HullBound().fit(seen);
   if (seen.points.size() > points_left / objects) seen = corners(bounds(shape));
   points_left -= std::min(points_left, seen.points.size() * objects);
   return seen;
@@ -50,8 +52,9 @@ std::vector<Outline> shape_outlines(const Scene& scene, const AccelOptions& opti
     if (options.bound != BoundKind::box || object.placement) ++uses[object.shape];
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     if (uses[i] == 0) continue;
-    outlines[i] = options.space == BoundSpace::object ? corners(bounds(scene.shapes[i]))
-                                                      : shape_outline(scene.shapes[i], uses[i], points_left);
+    outlines[i] = options.space == BoundSpace::object
+                      ? corners(bounds(scene.shapes[i]))
+                      : shape_outline(scene.shapes[i], options.bound, uses[i], points_left);
   }
   return outlines;
 }

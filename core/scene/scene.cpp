@@ -30,6 +30,7 @@ Outline world_outline(const Object& object, const Outline& local) {
                  m[8] * v.x + m[9] * v.y + m[10] * v.z};
   };
   Outline world;
+  world.points.reserve(local.points.size());
   double local_size = 0, world_size = 0;
   for (const Vec3 p : local.points) {
     const Vec3d placed = object.placement->point_to_world(to_double(p));

@@ -309,7 +309,8 @@ class Fan {
   /// what the ray's line passes the apex by, the roundings of all this and of a hit's t, less than `error`.
   HWY_INLINE void see(const Leaf& leaf, std::size_t first, SeenTriangles& seen) const {
     const F8 f;
-    const auto sign = hn::Set(f, picture_.sign), zero = hn::Zero(f), one = hn::Set(f, 1.0F);
+    const auto sign = hn::Set(f, picture_.sign), stray = hn::Set(f, picture_.stray), zero = hn::Zero(f),
+               one = hn::Set(f, 1.0F);
     struct Corner {
       hn::Vec<F8> u, v, depth, near;
     };
@@ -327,18 +328,17 @@ class Fan {
     const Corner a = corner(0), b = corner(1), c = corner(2);
     const auto min3 = [](const auto& p, const auto& q, const auto& r) HWY_ATTR { return hn::Min(p, hn::Min(q, r)); };
     const auto max3 = [](const auto& p, const auto& q, const auto& r) HWY_ATTR { return hn::Max(p, hn::Max(q, r)); };
-    const auto nearest = hn::Sub(min3(a.depth, b.depth, c.depth), hn::Set(f, picture_.stray));
+    const auto nearest = hn::Sub(min3(a.depth, b.depth, c.depth), stray);
     const auto u_lo = min3(a.u, b.u, c.u), u_hi = max3(a.u, b.u, c.u);
     const auto v_lo = min3(a.v, b.v, c.v), v_hi = max3(a.v, b.v, c.v);
     const auto largest = hn::Max(hn::Max(hn::Neg(u_lo), u_hi), hn::Max(hn::Neg(v_lo), v_hi));
-    const auto near = hn::Div(one, nearest), off = hn::Mul(hn::Set(f, picture_.stray), near);
+    const auto near = hn::Div(one, nearest), off = hn::Mul(stray, near);
     const auto p = hn::Mul(off, hn::Add(one, largest));
     const auto extent = hn::Max(hn::Sub(u_hi, u_lo), hn::Sub(v_hi, v_lo));
     const auto slack = hn::Mul(hn::Mul(hn::Set(f, 5.0F), p), hn::Add(extent, p));
     const auto area =
         hn::NegMulAdd(hn::Sub(b.v, a.v), hn::Sub(c.u, a.u), hn::Mul(hn::Sub(b.u, a.u), hn::Sub(c.v, a.v)));
     const auto known = hn::And(hn::Gt(nearest, zero), hn::Gt(hn::Abs(area), hn::Add(slack, slack)));
-    const auto stray = hn::Set(f, picture_.stray);
     const auto farthest = hn::Add(max3(a.depth, b.depth, c.depth), stray);
     hn::Store(hn::Sub(u_lo, p), f, seen.u_lo + first);
     hn::Store(hn::Add(u_hi, p), f, seen.u_hi + first);
@@ -393,7 +393,8 @@ class Fan {
   /// since those are off too, and corners together, by less than 64s²m; and by less than 40u|a||b||c| for roundings.
   /// Where that, or 64u of it, is a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is
   /// computed, and that less 2.5h and three times twice 40sm is not more than it. Where cubes of m leave a float's
-  /// range there are no edges.
+  /// range there are no edges. A triangle that has edges either way takes those by which its nearness is less vague, or
+  /// so it seems: both are right.
   HWY_INLINE void see_from_apex(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
                                 const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
     const F8 f;
@@ -461,7 +462,11 @@ class Fan {
     hn::BlendedStore(zero, sure, f, seen.base + first);
     hn::BlendedStore(hn::NegMulAdd(h, hn::Set(f, 2.5F), hn::Set(f, 1.0F)), sure, f, seen.share + first);
     hn::BlendedStore(error, sure, f, seen.error + first);
-    if (fan_.most == FanRays::kNearest) hn::BlendedStore(hn::Add(slack, slack), sure, f, seen.inside + first);
+    // Whether it may lie before some ray's beginning, `see` has asked; of what it doesn't know, nobody has.
+    const auto after_start = fan_.most == FanRays::kNearest
+                                 ? sure
+                                 : hn::And(sure, hn::Lt(hn::Load(f, seen.inside + first), hn::Set(f, kInfinity)));
+    hn::BlendedStore(hn::Add(slack, slack), after_start, f, seen.inside + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), sure), leaf.triangles(first), numbers), U8(), seen.number + first);
   }
 

@@ -6,6 +6,7 @@
 #define TESSERA_PICTURE_INL
 #endif
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 
@@ -50,8 +51,7 @@ struct Picture {
   std::uint32_t octant;  ///< Of the way that the rays take from the apex, most of them.
 };
 
-/// The rays in their picture; the last one stands in for those that there are less. Blocks had better be
-/// small areas.
+/// The rays in their picture. Blocks had better be small areas.
 ///
 /// How far a ray is looked for is kept as 1/depth, "nearness", since along a plane that is linear in u and v.
 struct FanRays {
@@ -117,9 +117,11 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, fl
     for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
       const std::size_t i = block * kBlockRays + k;
       const auto x = hn::LoadU(f, xs + i), y = hn::LoadU(f, ys + i), z = hn::LoadU(f, zs + i);
-      const auto along = hn::Mul(z, forward), across = hn::Max(hn::Abs(x), hn::Abs(y));
-      fits = hn::And(fits, hn::And(hn::Le(across, hn::Mul(widest, along)), hn::Gt(along, hn::Zero(f))));
-      longest = hn::Max(longest, hn::Max(across, along));
+      const auto along = hn::Mul(z, forward), most = hn::Mul(widest, along);
+      // Each on its own: of a number and NaN, x86 takes the second for the greater.
+      const auto is_near = hn::And(hn::Le(hn::Abs(x), most), hn::Le(hn::Abs(y), most));
+      fits = hn::And(fits, hn::And(is_near, hn::Gt(along, hn::Zero(f))));
+      longest = hn::Max(longest, hn::Max(along, hn::Max(hn::Abs(x), hn::Abs(y))));
       hn::Store(along, f, fan.along + i);
       const auto u = hn::Div(x, z), v = hn::Div(y, z);
       hn::Store(u, f, fan.u + i);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -63,6 +62,9 @@ class RayBatch {
 
   /// All rays, in the world's space.
   std::span<const Ray> world_rays() const { return rays_; }
+
+  /// Whether all rays are picked as they are.
+  bool is_whole() const { return is_whole_; }
 
   /// The picked rays in their object's space.
   std::span<const Ray> rays() const { return is_whole_ ? rays_ : local_; }

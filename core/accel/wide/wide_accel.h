@@ -37,8 +37,10 @@ class WideAccel final : public Accel {
     return meshes_[shape].get(std::get<TriangleMesh>(scene_->shapes[shape]), make_);
   }
   bool is_mesh(const Object& object) const;
-  /// Whether batches go through all objects one by one.
-  bool are_few(bool is_fan) const;
+  /// Objects that rays which lead to a point may meet on their way.
+  std::vector<std::uint32_t> objects_to(Vec3 apex, std::span<const Ray> rays) const;
+  /// Whether batches go through objects one by one.
+  static bool are_few(std::span<const std::uint32_t> objects, bool is_fan);
   /// Whether nothing has been made yet for the object's mesh, and these rays need nothing: none enters its box.
   bool pass_by(std::uint32_t object, std::span<const Ray> rays) const;
   void closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const;

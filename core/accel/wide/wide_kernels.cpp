@@ -1,5 +1,10 @@
 #include "core/accel/wide/wide_kernels.h"
 
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <vector>
+
 // The instruction sets worth telling apart: the baseline, AVX2 with FMA, AVX-512; arm64 has one.
 #define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE

@@ -14,8 +14,8 @@ namespace tessera {
 inline constexpr std::size_t kFanRays = 1024;
 
 /// How rays are led through the `WideTree` of an object's mesh, compiled for one instruction set; all find the same
-/// hits. Rays are in the mesh's own space and traceable. `counts` is null, and counting costs nothing, where nobody
-/// asks. Pure and safe from any number of threads.
+/// hits. Rays are in the mesh's own space, and traceable but for `closest_fan`'s. `counts` is null, and counting costs
+/// nothing, where nobody asks. Pure and safe from any number of threads.
 struct WideKernels {
   const char* name;  ///< Highway's for the instruction set.
 
@@ -27,12 +27,14 @@ struct WideKernels {
   void (*occluded)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
                    TestCounts* counts);
 
-  /// As `closest`, for up to `kFanRays` rays, which need not be traceable. False, and nothing done, where no picture
-  /// can hold them: they point too far apart, or some aren't traceable.
+  /// As `closest`, for up to `kFanRays` rays; those that are neighbours by sixteens should be so in space. False, and
+  /// nothing done, where no picture can hold them: they point too far apart, some aren't traceable, or lengths are so
+  /// large or small that a float's range gets in the way.
   bool (*closest_fan)(const WideTree&, std::uint32_t object, const RayFan& fan, std::span<Hit> hits,
                       TestCounts* counts);
 
-  /// As `occluded`, for rays that lead to `apex`: see `Accel::occluded_fan`.
+  /// As `occluded`, for up to `kFanRays` rays that lead to `apex`: see `Accel::occluded_fan`. False as above, and where
+  /// they don't.
   bool (*occluded_fan)(const WideTree&, std::uint32_t object, Vec3 apex, std::span<const Ray> rays,
                        std::span<std::uint8_t> hidden, TestCounts* counts);
 };

@@ -123,6 +123,7 @@ RaySet part_of(const RaySet& set, std::size_t stride) {
                      set.rays.begin() + static_cast<std::ptrdiff_t>(set.ends[i]));
     part.ends.push_back(part.rays.size());
   }
+  if (part.query == Query::closest_fan) part.directions.append_those_of(part.rays);
   return part;
 }
 

@@ -142,6 +142,7 @@ std::vector<NamedScene> scenes() {
           {"mixed", mixed_scene(), 4},
           {"few", random_scene(3, 6), 10},
           {"many", random_scene(7, 60), 10},
+          {"more than go one by one", random_scene(5, 200), 10},
           {"empty", SceneBuilder().build(), 1}};
 }
 

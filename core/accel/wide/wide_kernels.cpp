@@ -5,8 +5,9 @@
 #include <optional>
 #include <vector>
 
-// The instruction sets worth telling apart: the baseline, AVX2 with FMA, AVX-512; arm64 has one.
-#define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL)
+// The instruction sets worth telling apart: the baseline, AVX2 with FMA, AVX-512; of arm64 NEON, since vectors of SVE
+// have no size that a compiler knows, and can't be members.
+#define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/accel/wide/wide_kernels.cpp"
 #include <hwy/foreach_target.h>

@@ -59,9 +59,10 @@ class Steps {
   std::vector<std::pair<std::string, Samples>> steps_;
 };
 
+/// Asks seldom: answering takes processor time from the job's threads.
 proto::JobStatus wait_for(const client::Client& client, proto::JobStatus status) {
   while (!proto::has_ended(status.state)) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
     status = client.status(status.id);
   }
   if (status.state != proto::JobState::completed) throw std::runtime_error("the job failed: " + status.error);
@@ -88,10 +89,9 @@ double run_steps(const std::filesystem::path& scene, std::uint32_t samples, cons
   step("parse the scene and the mesh");
   const proto::JobStatus ended = wait_for(client, submitted);
   const nlohmann::json stats = client.stats(ended.id);
-  const double building = stats["structure"]["build_seconds"], preparing = stats["timing"]["preparing"];
-  steps.add("plan", preparing - building);
-  steps.add("build the structure", building);
+  steps.add("plan", stats["timing"]["preparing"]);
   steps.add("render", stats["timing"]["rendering"]);
+  steps.add("... of that, build the structure", stats["structure"]["build_seconds"]);
   watch = Stopwatch();
   const std::string image = client.fetch(ended.id, {});
   step("encode and fetch the image");

@@ -49,7 +49,8 @@ inline Image render_image(std::shared_ptr<const Scene> scene, const Camera& came
 /// Byte for byte, NaN and −0 included.
 inline bool same_bytes(const Pixels& a, const Pixels& b) {
   const auto same = [](const auto& x, const auto& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
+    if (x.size() != y.size()) return false;
+    return x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
   };
   return same(a.color, b.color) && same(a.depth, b.depth) && same(a.normal, b.normal) &&
          same(a.primitive_id, b.primitive_id) && same(a.object_id, b.object_id) &&

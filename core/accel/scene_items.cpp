@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMostPoints = 1 << 24;
 
 /// So few points, instances counted, are fitted sooner than thinned; and boxes to any number of points of so few
-/// instances: a point goes into a hull in the time in which it is placed in some dozens of boxes.
+/// instances, since a hull takes many times as long as a box (tried with one instance of 500,000 points).
 constexpr std::size_t kFewPoints = 1 << 16, kFewBoxed = 32;
 
 std::vector<Aabb> triangle_boxes(const TriangleMesh& mesh) {

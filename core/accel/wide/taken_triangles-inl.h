@@ -12,8 +12,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
 
 /// Triangles, each of which some ray is to be tested with later. They are copied from their leaves so that those of
-/// several rays come into registers by whole rows, which are then turned into columns: a third of what gathering their
-/// ten words takes.
+/// several rays come into registers by whole rows, which are then turned into columns: with their ten words gathered
+/// one by one, whole fans took 18 to 20% longer on meshes of 70,000 and 100,000 triangles.
 class TakenTriangles {
  public:
   bool full() const { return count_ == kMost; }

@@ -26,8 +26,8 @@ bool all_traceable(std::span<const Ray> rays) { return std::ranges::all_of(rays,
 /// longer.
 constexpr std::size_t kFewForFans = 65, kFewForOthers = 8;
 
-/// Objects, each of which is asked whether it lies on the way of some hundred shadow rays, a nanosecond or two for each
-/// object; asking the hierarchy over them for each ray takes some hundred.
+/// Objects up to which each is asked whether it lies on the way of all of a batch's shadow rays. Tried with a thousand;
+/// what this costs grows with their number, and of many more it would be more than what it saves.
 constexpr std::size_t kFewToAsk = 4096;
 
 /// Rays that are worth a kernel's setting up for many at once. In a mesh of 100k triangles rays of all directions took

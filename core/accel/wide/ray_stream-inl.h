@@ -19,7 +19,7 @@ namespace tessera::HWY_NAMESPACE {
 inline constexpr std::size_t kStreamRays = 4096;
 
 /// Rays to a list up to which each goes on alone: measured on meshes of 70,000 and 1.6 million triangles.
-inline constexpr std::size_t kFewInList = 4;
+inline constexpr std::size_t kFewInList = 2;
 
 /// What a stream works with.
 struct StreamMemory {

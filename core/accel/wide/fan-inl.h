@@ -275,9 +275,7 @@ class Fan {
         const auto e0 = edge(0), e1 = edge(1), e2 = edge(2), least = hn::Min(e0, hn::Min(e1, e2));
         const auto near = hn::MulAdd(e0, by_edge[0], hn::MulAdd(e1, by_edge[1], hn::MulAdd(e2, by_edge[2], base)));
         const auto low = hn::MulSub(near, share, error), high = hn::Add(near, error);
-        const std::uint32_t rays = in_leaf[block] >> k;
-        const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(rays), static_cast<std::uint8_t>(rays >> 8)};
-        auto maybe = hn::And(hn::LoadMaskBits(f, bytes),
+        auto maybe = hn::And(mask_of(f, in_leaf[block] >> k),
                              hn::And(hn::Ge(least, hn::Zero(f)), hn::Ge(high, hn::Load(f, fan_.least + first))));
         if constexpr (Rays::kLeave) {
           const hn::Rebind<std::uint32_t, F16> u32;

@@ -110,9 +110,8 @@ class ClosestFan {
     for (std::size_t first = 0; first < fan_.count; first += kLanes16) {
       const std::uint32_t found = found_[first / kBlockRays] >> first % kBlockRays;
       if (found == 0) continue;
-      const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(found), static_cast<std::uint8_t>(found >> 8)};
       KnownHits known(hits_ + first);
-      const auto here = hn::LoadMaskBits(F16(), bytes);
+      const auto here = mask_of(F16(), found);
       const auto whole = hn::RebindMask(U16(), here);
       known.t = hn::IfThenElse(here, hn::Load(F16(), best_t_ + first), known.t);
       known.object = hn::IfThenElse(whole, hn::Set(U16(), object_), known.object);
@@ -198,8 +197,7 @@ class ClosestFan {
     const auto best_triangle = hn::Load(whole, best_triangle_ + first);
     const auto tied = hn::And(hn::Eq(found.t, best), hn::RebindMask(f, hn::Gt(best_triangle, triangle)));
     const std::uint32_t less = taken & ~alone & found.hit & bits_of(f, hn::Or(hn::Lt(found.t, best), tied));
-    const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(less)};
-    const auto mask = hn::LoadMaskBits(f, bytes);
+    const auto mask = mask_of(f, less);
     hn::BlendedStore(found.t, mask, f, best_t_ + first);
     hn::BlendedStore(triangle, hn::RebindMask(whole, mask), whole, best_triangle_ + first);
     found_[first / kBlockRays] |= less << first % kBlockRays;

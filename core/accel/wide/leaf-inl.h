@@ -53,6 +53,7 @@ HWY_INLINE void prefetch(const WideTree& tree, std::uint32_t child) {
     hwy::Prefetch(line + 2 * kLine);
     hwy::Prefetch(line + 3 * kLine);
     hwy::Prefetch(line + 4 * kLine);
+    hwy::Prefetch(line + 5 * kLine);
   } else {
     const char* const line = reinterpret_cast<const char*>(&tree.nodes[child]);
     hwy::Prefetch(line);

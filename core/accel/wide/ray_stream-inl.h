@@ -42,7 +42,7 @@ struct StreamMemory {
   Group groups[8];
   ClipRay clip[kStreamRays];
   LeafRay leaf_rays[kStreamRays];
-  std::uint32_t entered[kStreamRays + kLanes];  ///< For each ray of the node at hand, which children it enters: bits.
+  std::uint32_t bits[kStreamRays + kLanes];  ///< For each ray of the list at hand, what it may hit of node or leaf.
 };
 
 /// Many rays' way through a tree together, node by node (after Barringer & Akenine-Möller, "Dynamic Ray Stream
@@ -62,7 +62,7 @@ class RayStream {
       : groups_(memory.groups),
         clip_(memory.clip),
         leaf_rays_(memory.leaf_rays),
-        entered_(memory.entered),
+        bits_(memory.bits),
         tree_(tree),
         object_(object),
         frame_(tree),
@@ -131,7 +131,7 @@ class RayStream {
         hn::Vec<F8> enter;
         const std::uint32_t missed = bits_of(F8(), planes.missed_by(clip_[ray], limits_[ray], enter));
         const std::uint32_t entered = (~missed & ((1U << kLanes8) - 1)) << first;
-        entered_[i] = first == 0 ? entered : entered_[i] | entered;
+        bits_[i] = first == 0 ? entered : bits_[i] | entered;
         any |= entered;
       }
     }
@@ -169,7 +169,7 @@ class RayStream {
       const auto bit = hn::Set(u, child == kNoChild ? 0 : 1U << slot);
       const std::uint32_t begin = at;
       for (std::uint32_t k = 0; k < list.count; k += kLanes) {
-        const auto entered = hn::Ne(hn::And(hn::LoadU(u, entered_ + k), bit), hn::Zero(u));
+        const auto entered = hn::Ne(hn::And(hn::LoadU(u, bits_ + k), bit), hn::Zero(u));
         const auto valid = hn::And(entered, hn::FirstN(u, list.count - k));
         hn::StoreU(hn::Compress(hn::LoadU(u, rays + list.first + k), valid), u, rays + at);
         at += static_cast<std::uint32_t>(hn::CountTrue(u, valid));
@@ -181,17 +181,22 @@ class RayStream {
     for (int i = before; i < group.waiting; ++i) prefetch(tree_, group.lists[i].child);
   }
 
+  /// First all rays are turned away that can be, then others go on: so hardly a branch waits for what it depends on.
   HWY_INLINE void visit_leaf(const Group& group, const List& list) {
     const Leaf leaf(tree_, list.child);
+    const std::uint32_t* const members = group.rays.data() + list.first;
     for (std::size_t k = 0; k < list.count; ++k) {
-      const std::uint32_t ray = group.rays[list.first + k];
-      const LeafRay& culling = leaf_rays_[ray];
+      const std::uint32_t ray = members[k];
       std::uint32_t possible = 0;
       for (std::size_t first = 0; first < leaf.count; first += kLanes8)
-        possible |= culling.possible(leaf, first, limits_[ray]) << first;
+        possible |= leaf_rays_[ray].possible(leaf, first, limits_[ray]) << first;
+      bits_[k] = possible;
+    }
+    for (std::size_t k = 0; k < list.count; ++k) {
       const auto before = tally_.hits();
-      for (; possible != 0; possible &= possible - 1) {
-        queue_.add(ray, culling.axes, leaf, static_cast<std::size_t>(std::countr_zero(possible)));
+      const std::uint32_t ray = members[k];
+      for (std::uint32_t possible = bits_[k]; possible != 0; possible &= possible - 1) {
+        queue_.add(ray, leaf_rays_[ray].axes, leaf, static_cast<std::size_t>(std::countr_zero(possible)));
         if (queue_.full()) test_queued();
       }
       if constexpr (Counter::kCounts) {  // which asks whether this very leaf was worth it
@@ -210,7 +215,7 @@ class RayStream {
   Group (&groups_)[8];
   ClipRay (&clip_)[kStreamRays];
   LeafRay (&leaf_rays_)[kStreamRays];
-  std::uint32_t (&entered_)[kStreamRays + kLanes];
+  std::uint32_t (&bits_)[kStreamRays + kLanes];
   const WideTree& tree_;
   const std::uint32_t object_;
   const TreeFrame frame_;

@@ -32,9 +32,16 @@ inline constexpr std::size_t kLanes8 = hn::MaxLanes(F8());
 /// The lanes' bits, lowest lane first.
 template <typename D>
 HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  return static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8);
+  static_assert(hn::MaxLanes(d) <= 32 && std::endian::native == std::endian::little);
+  std::uint32_t bits = 0;
+  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+  return bits;
+}
+
+/// The lanes whose bits are set.
+template <typename D>
+HWY_INLINE hn::Mask<D> mask_of(D d, std::uint64_t bits) {
+  return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
 }
 
 /// Where a tree lies. Searches work with coordinates relative to its centre, so that rounding depends on how far a ray

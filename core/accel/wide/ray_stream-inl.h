@@ -171,7 +171,7 @@ class RayStream {
       for (std::uint32_t k = 0; k < list.count; k += kLanes) {
         const auto entered = hn::Ne(hn::And(hn::LoadU(u, bits_ + k), bit), hn::Zero(u));
         const auto valid = hn::And(entered, hn::FirstN(u, list.count - k));
-        hn::StoreU(hn::Compress(hn::LoadU(u, rays + list.first + k), valid), u, rays + at);
+        hn::StoreU(compress(u, hn::LoadU(u, rays + list.first + k), valid), u, rays + at);
         at += static_cast<std::uint32_t>(hn::CountTrue(u, valid));
       }
       tally_.volumes(list.count, at - begin);

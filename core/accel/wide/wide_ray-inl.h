@@ -16,6 +16,7 @@
 #include <hwy/highway.h>
 
 #include "core/accel/index.h"
+#include "core/accel/wide/compress-inl.h"
 #include "core/accel/wide/wide_kernels.h"
 #include "core/bounds/cull_pad.h"
 #include "core/geometry/triangle.h"
@@ -196,8 +197,8 @@ HWY_INLINE int enter_children(const WideNode& node, std::uint32_t octant, const 
     const auto sorted = hn::TableLookupLanes(entered, hn::IndicesFromVec(u, at));
     const auto kept = hn::Ne(sorted, hn::Set(u, kNoChild));
     const auto sorted_enter = hn::TableLookupLanes(enter, hn::IndicesFromVec(f, at));
-    hn::StoreU(hn::Compress(sorted, kept), u, child);
-    hn::StoreU(hn::Compress(sorted_enter, hn::RebindMask(f, kept)), f, entry);
+    hn::StoreU(compress(u, sorted, kept), u, child);
+    hn::StoreU(compress(f, sorted_enter, hn::RebindMask(f, kept)), f, entry);
     return static_cast<int>(hn::CountTrue(u, kept));
   } else {
     std::uint32_t children[8];

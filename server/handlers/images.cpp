@@ -47,7 +47,8 @@ Response fetch_image(Services& services, Request& request) {
   if (!job->film || (!complete && !choice->partial))
     return problem_response(
         {ProblemCode::image_not_ready,
-         "The job is " + std::string(proto::name(job->state)) + "; once it renders, ?partial=1 gives the image so far.",
+         "The job is " + std::string(proto::name(job->state)) +
+             (job->film ? "; ?partial=1 gives the image so far." : "; there is nothing of its image."),
          {}});
 
   const auto encoded = encode_film(*job->film, *choice, complete);

@@ -9,7 +9,7 @@
 #include <array>
 #include <cstdint>
 
-#include <hwy/highway.h>
+#include "core/accel/wide/mask-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// For each mask of kLanes lanes, the numbers of those that are set, the lowest first.
 template <std::size_t kLanes>
-inline constexpr auto kSetLanes = [] {
+alignas(64) inline constexpr auto kSetLanes = [] {
   std::array<std::array<std::uint8_t, kLanes>, std::size_t{1} << kLanes> all{};
   for (std::size_t bits = 0; bits < all.size(); ++bits)
     for (std::size_t lane = 0, at = 0; lane < kLanes; ++lane)
@@ -25,20 +25,21 @@ inline constexpr auto kSetLanes = [] {
   return all;
 }();
 
+static_assert(kSetLanes<4>[0b1010] == std::array<std::uint8_t, 4>{1, 3});
+
 /// A vector's lanes in `mask`, side by side from the first lane on; what follows them means nothing. Lanes have 32
 /// bits. Where the machine has no instruction for it, Highway 1.0 has a table within the function, which g++ 12 writes
 /// to the stack at each call: streams of rays were half as fast for it with AVX2.
 template <typename D>
 HWY_INLINE hn::Vec<D> compress(D d, hn::Vec<D> lanes, hn::Mask<D> mask) {
   static_assert(sizeof(hn::TFromD<D>) == 4);
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET <= HWY_AVX3  // or better: lower is
   (void)d;
   return hn::Compress(lanes, mask);
 #else
   const hn::RebindToUnsigned<D> u;
-  std::uint64_t bits = 0;
-  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
-  const auto set = hn::LoadU(hn::Rebind<std::uint8_t, D>(), kSetLanes<hn::MaxLanes(d)>[bits].data());
+  static_assert(hn::MaxLanes(d) <= 8);
+  const auto set = hn::LoadU(hn::Rebind<std::uint8_t, D>(), kSetLanes<hn::MaxLanes(d)>[bits_of(d, mask)].data());
   return hn::TableLookupLanes(lanes, hn::IndicesFromVec(d, hn::PromoteTo(u, set)));
 #endif
 }

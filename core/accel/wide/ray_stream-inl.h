@@ -18,7 +18,7 @@ namespace tessera::HWY_NAMESPACE {
 /// Rays of a stream at most: what is kept for them stays in the second level of the cache.
 inline constexpr std::size_t kStreamRays = 4096;
 
-/// Rays to a list up to which each goes on alone: measured on meshes of 70,000 and 1.6 million triangles.
+/// Rays to a list up to which each goes on alone: measured on meshes of 60,000 to 2 million triangles.
 inline constexpr std::size_t kFewInList = 2;
 
 /// What a stream works with.
@@ -42,7 +42,7 @@ struct StreamMemory {
   Group groups[8];
   ClipRay clip[kStreamRays];
   LeafRay leaf_rays[kStreamRays];
-  std::uint32_t bits[kStreamRays + kLanes];  ///< For each ray of the list at hand, what it may hit of node or leaf.
+  std::uint32_t bits[kStreamRays + kLanes];  ///< For each ray of a list, which children or triangles it may hit.
 };
 
 /// Many rays' way through a tree together, node by node (after Barringer & Akenine-Möller, "Dynamic Ray Stream
@@ -181,7 +181,8 @@ class RayStream {
     for (int i = before; i < group.waiting; ++i) prefetch(tree_, group.lists[i].child);
   }
 
-  /// First all rays are turned away that can be, then others go on: so hardly a branch waits for what it depends on.
+  /// All rays are culled before any is queued: a branch right after a ray's test would be guessed, often wrongly, while
+  /// the test is under way. Limits may fall in between; culling by an older one only leaves more to test.
   HWY_INLINE void visit_leaf(const Group& group, const List& list) {
     const Leaf leaf(tree_, list.child);
     const std::uint32_t* const members = group.rays.data() + list.first;

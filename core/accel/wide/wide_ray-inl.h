@@ -17,6 +17,7 @@
 
 #include "core/accel/index.h"
 #include "core/accel/wide/compress-inl.h"
+#include "core/accel/wide/mask-inl.h"
 #include "core/accel/wide/wide_kernels.h"
 #include "core/bounds/cull_pad.h"
 #include "core/geometry/triangle.h"
@@ -29,21 +30,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using F8 = hn::CappedTag<float, 8>;
 using U8 = hn::Rebind<std::uint32_t, F8>;
 inline constexpr std::size_t kLanes8 = hn::MaxLanes(F8());
-
-/// The lanes' bits, lowest lane first.
-template <typename D>
-HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
-  static_assert(hn::MaxLanes(d) <= 32 && std::endian::native == std::endian::little);
-  std::uint32_t bits = 0;
-  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
-  return bits;
-}
-
-/// The lanes whose bits are set.
-template <typename D>
-HWY_INLINE hn::Mask<D> mask_of(D d, std::uint64_t bits) {
-  return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
-}
 
 /// Where a tree lies. Searches work with coordinates relative to its centre, so that rounding depends on how far a ray
 /// starts from the tree, not on where the two stand in the world.

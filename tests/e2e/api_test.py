@@ -143,7 +143,10 @@ class ApiTest(unittest.TestCase):
         status = self.daemon.wait_until(job, lambda status: "eta" in status)
         self.assertGreater(status["eta"], 0)
         self.assertLess(status["tiles_done"], status["tiles_total"])
-        self.get(f"/v1/jobs/{job}/image", status=409)
+        self.assertIn("partial=1", self.get(f"/v1/jobs/{job}/image", status=409).json()["detail"])
+        waiting = self.daemon.submit(endless_job())
+        self.assertNotIn("partial=1", self.get(f"/v1/jobs/{waiting}/image", status=409).json()["detail"])
+        self.daemon.request("POST", f"/v1/jobs/{waiting}/cancel")
         reply = self.get(f"/v1/jobs/{job}/image?partial=1")
         self.assertEqual(reply.headers["Cache-Control"], "no-store")
         width, height, depth, colour, _ = png_pixels(reply.body)
@@ -151,7 +154,7 @@ class ApiTest(unittest.TestCase):
         canceled = self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
         self.assertEqual((canceled.status, canceled.json()["state"]), (202, "canceled"))
         self.get(f"/v1/jobs/{job}/image?partial=1")
-        self.get(f"/v1/jobs/{job}/image", status=409)
+        self.assertIn("partial=1", self.get(f"/v1/jobs/{job}/image", status=409).json()["detail"])
 
     def test_plan_and_stats_count_the_same(self):
         far_left = {"scene": {**SPHERE, "camera": {"type": "perspective", "from": [3, 0, 9], "at": [3, 0, 0], "fov": 60}}}

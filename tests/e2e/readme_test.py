@@ -63,6 +63,19 @@ class Readme(unittest.TestCase):
                 self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
             self.assertIn("completed", done.stdout)
 
+    def test_curl_ends_where_something_is_refused(self):
+        lines = next(block for block in blocks("sh") if "curl" in block)
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "mesh.ply"), "w", encoding="ascii") as file:
+                file.write(TETRAHEDRON[:-8])
+            environment = {**os.environ, "TESSERA_SERVER": self.daemon.url}
+            done = subprocess.run(
+                ["bash", "-c", lines], cwd=folder, env=environment, capture_output=True, timeout=120, check=False
+            )
+            self.assertNotEqual(done.returncode, 0)
+            with open(os.path.join(folder, "job.json"), encoding="utf-8") as file:
+                self.assertEqual(json.load(file)["status"], 422)
+
     def test_scene_and_settings(self):
         scene, settings = blocks("json")
         reply = self.daemon.request("POST", "/v1/scenes", scene, {"Content-Type": "application/json"})

@@ -60,7 +60,7 @@ Split Bins::best_split(std::uint32_t count, float unit) const {
   for (int bin = size - 1; bin > 0; --bin) {
     side.extend(*this, bin);
     right[bin] = right[bin + 1] + leaving[bin];
-    right_cost[bin] = side.half_areas(spread(unit)) * to_float(right[bin]);
+    right_cost[bin] = side.half_areas(spread(unit)) * to_float(batches_of(right[bin]));
   }
   side = kNoBoxes;
   const auto all = static_cast<std::int32_t>(count);
@@ -69,7 +69,7 @@ Split Bins::best_split(std::uint32_t count, float unit) const {
   for (int bin = 1; bin < size; ++bin) {
     side.extend(*this, bin - 1);
     left += entering[bin - 1];
-    const Lanes cost = side.half_areas(spread(unit)) * to_float(left) + right_cost[bin];
+    const Lanes cost = side.half_areas(spread(unit)) * to_float(batches_of(left)) + right_cost[bin];
     const IntLanes is_better = (left < all) & (right[bin] < all) & (cost < best_cost);
     best_cost = is_better ? cost : best_cost;
     best_bin = is_better ? IntLanes{bin, bin, bin, bin} : best_bin;

@@ -385,14 +385,18 @@ class Fan {
   /// large ones with a corner nearby, whose place in the picture is vague.
   ///
   /// Their edges are planes through the apex, e.g. normal a×b, and a ray's nearness is the sum of its places beside the
-  /// three over det(a, b, c). Let corners lie within m of the apex, and s = 16um + 2uM, more than they are off with
-  /// what the ray's line passes the apex by. Normals are off by 4sm, and functions of (u, v, 1), with |u|, |v| ≤ 4, by
-  /// 36sm and roundings: 40sm is added to them. The determinant is off by s times the normals' sizes, |x| + |y| + |z|;
-  /// since those are off too, and corners together, by less than 64s²m; and by less than 40u|a||b||c| for roundings.
-  /// Where that, or 64u of it, is a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is
-  /// computed, and that less 2.5h and three times twice 40sm is not more than it. Where cubes of m leave a float's
-  /// range there are no edges. A triangle that has edges either way takes those by which its nearness is less vague, or
-  /// so it seems: both are right.
+  /// three over det(a, b, c). Let corners lie within m of the apex, within X, Y and Z of it along the picture's axes,
+  /// and d = um + 2uM, as far as they are off with what the ray's line passes the apex by. The normals' x is off by
+  /// 2d(Y + Z) + 2d² and roundings of 4uYZ, y and z alike. Functions of (u, v, 1), with |u| ≤ U and |v| ≤ V, are off by
+  /// what that makes, and by 12u(UYZ + VXZ + XY) for roundings of theirs and of u and v: 2.25d(U(Y + Z) + V(X + Z) + X
+  /// + Y + d(U + V + 1)) + 18u(UYZ + VXZ + XY) is more, and is added to them.
+  ///
+  /// The determinant is off by d times the normals' sizes, |x| + |y| + |z|; since those are off too, and corners
+  /// together, by less than 64d²m; and for roundings by less than 40u|a||b||c|, and than 36uXYZ: long triangles have a
+  /// small XYZ, triangles with one far corner small |b||c|. Where that, or 64u of it, is a share h of it, less than a
+  /// 16th, a nearness is at most 1 + 1.25h of what is computed, and that less 2.5h and six times what was added is not
+  /// more than it. Where cubes of m leave a float's range there are no edges. A triangle that has edges either way
+  /// takes those by which its nearness is less vague, or so it seems: both are right.
   HWY_INLINE void see_from_apex(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
                                 const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
     const F8 f;
@@ -429,16 +433,28 @@ class Fan {
     const Corner normals[3] = {across(a, b), across(b, c), across(c, a)};
     const auto size_a = largest(a), size_b = largest(b), size_c = largest(c);
     const auto m = hn::Max(size_a, hn::Max(size_b, size_c));
-    const auto s =
-        hn::MulAdd(m, hn::Set(f, 16 * static_cast<float>(kUnitRoundoff)), hn::Mul(stray, hn::Set(f, 0.125F)));
-    const auto sm = hn::Mul(s, m), slack = hn::Mul(sm, hn::Set(f, 40.0F));
+    const auto unit = hn::Set(f, static_cast<float>(kUnitRoundoff));
+    const auto d = hn::Mul(hn::MulAdd(m, unit, hn::Mul(stray, hn::Set(f, 0.125F))), hn::Set(f, kMore));
+    const auto most = [](const auto& p, const auto& q, const auto& r)
+                          HWY_ATTR { return hn::Max(hn::Abs(p), hn::Max(hn::Abs(q), hn::Abs(r))); };
+    const auto x = most(a.x, b.x, c.x), y = most(a.y, b.y, c.y), z = most(a.z, b.z, c.z);
+    // What is made of the three axes' terms in an edge's function.
+    const auto function_of = [&](const auto& of_x, const auto& of_y, const auto& of_z) HWY_ATTR {
+      return hn::MulAdd(of_x, hn::Set(f, picture_.u_most), hn::MulAdd(of_y, hn::Set(f, picture_.v_most), of_z));
+    };
+    const auto by_place = function_of(hn::Add(hn::Add(y, z), d), hn::Add(hn::Add(x, z), d), hn::Add(hn::Add(x, y), d));
+    const auto by_rounding = function_of(hn::Mul(y, z), hn::Mul(x, z), hn::Mul(x, y));
+    const auto slack =
+        hn::MulAdd(hn::Mul(d, hn::Set(f, 2.25F)), by_place, hn::Mul(hn::Mul(unit, hn::Set(f, 18.0F)), by_rounding));
     const auto det = hn::MulAdd(normals[1].x, a.x, hn::MulAdd(normals[1].y, a.y, hn::Mul(normals[1].z, a.z)));
     const auto sizes = [&](const Corner& p)
                            HWY_ATTR { return hn::Add(hn::Abs(p.x), hn::Add(hn::Abs(p.y), hn::Abs(p.z))); };
     const auto normal_sizes = hn::Add(sizes(normals[0]), hn::Add(sizes(normals[1]), sizes(normals[2])));
-    const auto size = hn::Abs(det), unit = hn::Set(f, static_cast<float>(kUnitRoundoff));
-    const auto by_corners = hn::Mul(s, hn::MulAdd(hn::Set(f, 64.0F), sm, normal_sizes));
-    const auto by_roundings = hn::Mul(hn::Mul(unit, hn::Set(f, 40.0F)), hn::Mul(size_a, hn::Mul(size_b, size_c)));
+    const auto size = hn::Abs(det);
+    const auto by_corners = hn::Mul(d, hn::MulAdd(hn::Set(f, 64.0F), hn::Mul(d, m), normal_sizes));
+    const auto by_roundings =
+        hn::Mul(unit, hn::Min(hn::Mul(hn::Mul(size_a, hn::Set(f, 40.0F)), hn::Mul(size_b, size_c)),
+                              hn::Mul(hn::Mul(x, hn::Set(f, 36.0F)), hn::Mul(y, z))));
     const auto off = hn::Max(hn::Add(by_corners, by_roundings), hn::Mul(hn::Mul(unit, hn::Set(f, 64.0F)), size));
     const auto in_range = hn::And(hn::Gt(off, hn::Set(f, 0x1p-120F)), hn::Lt(size, hn::Set(f, 0x1p120F)));
     const auto turned = hn::CopySignToAbs(hn::Set(f, 1.0F), det), h = hn::Div(off, size);
@@ -460,11 +476,14 @@ class Fan {
     hn::BlendedStore(zero, sure, f, seen.base + first);
     hn::BlendedStore(hn::NegMulAdd(h, hn::Set(f, 2.5F), hn::Set(f, 1.0F)), sure, f, seen.share + first);
     hn::BlendedStore(error, sure, f, seen.error + first);
-    // Whether it may lie before some ray's beginning, `see` has asked; of what it doesn't know, nobody has.
-    const auto after_start = fan_.most == FanRays::kNearest
-                                 ? sure
-                                 : hn::And(sure, hn::Lt(hn::Load(f, seen.inside + first), hn::Set(f, kInfinity)));
-    hn::BlendedStore(hn::Add(slack, slack), after_start, f, seen.inside + first);
+    const auto sum = [](const auto& p, const auto& q, const auto& r)
+                         HWY_ATTR { return hn::Abs(hn::Add(p, hn::Add(q, r))); };
+    const auto nearest_place =
+        function_of(sum(normals[0].x, normals[1].x, normals[2].x), sum(normals[0].y, normals[1].y, normals[2].y),
+                    sum(normals[0].z, normals[1].z, normals[2].z));
+    const auto after_start = hn::Lt(hn::MulAdd(nearest_place, by_edge, error), hn::Set(f, fan_.most));
+    hn::BlendedStore(hn::IfThenElse(after_start, hn::Add(slack, slack), hn::Set(f, kInfinity)), sure, f,
+                     seen.inside + first);
     hn::Store(hn::IfThenElse(hn::RebindMask(U8(), sure), leaf.triangles(first), numbers), U8(), seen.number + first);
   }
 

@@ -16,10 +16,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
 
-/// More than a number that is off by the roundings of a few operations, and less.
-inline constexpr float kMore = 1 + 8 * static_cast<float>(kUnitRoundoff),
-                       kLess = 1 - 8 * static_cast<float>(kUnitRoundoff);
-
 /// Rays from one origin, looking for their closest hits.
 ///
 /// A triangle that surely is hit, and surely less than what was hit before, need not be tested at once: only the last

@@ -20,6 +20,10 @@ using F16 = hn::CappedTag<float, 16>;
 inline constexpr std::size_t kLanes16 = hn::MaxLanes(F16());
 inline constexpr std::size_t kBlockRays = 16;
 inline constexpr std::size_t kBlocks = kFanRays / kBlockRays;
+/// More than a number that is off by the roundings of a few operations, and less.
+inline constexpr float kMore = 1 + 8 * static_cast<float>(kUnitRoundoff),
+                       kLess = 1 - 8 * static_cast<float>(kUnitRoundoff);
+
 /// Some of a fan's blocks: bits.
 using Blocks = std::uint64_t;
 static_assert(kBlocks == 64);
@@ -48,6 +52,7 @@ struct Picture {
   float apex[3];  ///< In the order of x, y, z.
   float reach;    ///< M.
   float stray;
+  float u_most, v_most;  ///< The most that |u| and |v| are.
   std::uint32_t octant;  ///< Of the way that the rays take from the apex, most of them.
 };
 
@@ -111,7 +116,7 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, fl
                      *const zs = fan.direction[out.axes.z];
   const auto widest = hn::Set(f, Picture::kWidest), forward = hn::Set(f, out.sign * away);
   auto fits = hn::Eq(widest, widest);
-  auto longest = hn::Zero(f);
+  auto longest = hn::Zero(f), u_most = longest, v_most = longest;
   for (std::size_t block = 0; block < fan.blocks(); ++block) {
     auto u_lo = hn::Set(f, kInfinity), v_lo = u_lo, u_hi = hn::Set(f, -kInfinity), v_hi = u_hi;
     for (std::size_t k = 0; k < kBlockRays; k += kLanes16) {
@@ -126,6 +131,8 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, fl
       const auto u = hn::Div(x, z), v = hn::Div(y, z);
       hn::Store(u, f, fan.u + i);
       hn::Store(v, f, fan.v + i);
+      u_most = hn::Max(u_most, hn::Abs(u));
+      v_most = hn::Max(v_most, hn::Abs(v));
       u_lo = hn::Min(u_lo, u);
       u_hi = hn::Max(u_hi, u);
       v_lo = hn::Min(v_lo, v);
@@ -145,6 +152,8 @@ inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, fl
   if (!is_finite(apex) || !hn::AllTrue(f, fits) || is_long || !(reach >= kLeastReach && reach <= kMostReach))
     return std::nullopt;
   out.reach = reach;
+  out.u_most = hn::GetLane(hn::MaxOfLanes(f, u_most));
+  out.v_most = hn::GetLane(hn::MaxOfLanes(f, v_most));
   out.stray = 16 * static_cast<float>(kUnitRoundoff * (1 + 8 * kUnitRoundoff)) * reach;
   return out;
 }

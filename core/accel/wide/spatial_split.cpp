@@ -73,8 +73,8 @@ bool promises_spatial_split(std::span<const PrimitiveRef> refs, const LanesBox& 
   const float middle = (left.hi[axis] + right.lo[axis]) * 0.5F;
   if (left.hi[axis] <= right.lo[axis]) return false;
   left.hi[axis] = right.lo[axis] = middle;
-  const float clean =
-      half_area(left, unit) * static_cast<float>(split.left) + half_area(right, unit) * static_cast<float>(split.right);
+  const float clean = half_area(left, unit) * static_cast<float>(batches_of(split.left)) +
+                      half_area(right, unit) * static_cast<float>(batches_of(split.right));
   if (clean > split.cost * (1 - kLeastGain)) return false;
   float areas = 0;
   for (const PrimitiveRef& ref : refs) areas += half_area(ref.box(), unit);

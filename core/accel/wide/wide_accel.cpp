@@ -6,6 +6,7 @@
 #include "core/accel/make.h"
 #include "core/accel/scene_items.h"
 #include "core/accel/tally.h"
+#include "core/accel/wide/cube_sides.h"
 #include "core/accel/wide/wide_build.h"
 #include "core/bounds/way_to_point.h"
 
@@ -289,8 +290,13 @@ void WideAccel::occluded_on(std::uint32_t object, std::optional<Vec3> apex, std:
   for (std::size_t first = 0; first < rays.size(); first += kFanRays) {
     const std::size_t count = std::min(kFanRays, rays.size() - first);
     const auto some = rays.subspan(first, count);
-    if (!kernels_.occluded_fan(mesh, object, *apex, some, hidden.subspan(first, count), counts))
-      kernels_.occluded(mesh, object, some, hidden.subspan(first, count), counts);
+    const auto answers = hidden.subspan(first, count);
+    if (kernels_.occluded_fan(mesh, object, *apex, some, answers, counts)) continue;
+    for (CubeSide& side : by_cube_sides(some, answers)) {
+      if (!kernels_.occluded_fan(mesh, object, *apex, side.rays, side.hidden, counts))
+        occluded_on(object, std::nullopt, side.rays, side.hidden, counts);
+      for (std::size_t i = 0; i < side.places.size(); ++i) answers[side.places[i]] = side.hidden[i];
+    }
   }
 }
 

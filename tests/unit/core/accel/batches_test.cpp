@@ -181,6 +181,8 @@ TEST_P(BatchesOf, GiveWhatEachRayIsGivenAlone) {
     any.insert(any.end(), any.begin(), any.begin() + static_cast<std::ptrdiff_t>(kSizes[5] - any.size()));
     for (const Candidates among : {Candidates(), Candidates(some)}) batches.expect_closest(any, false, among);
     batches.expect_occluded(any, std::nullopt);
+    const Vec3 lamp = to_float(Vec3d{0.1, 0.2, -0.1} * size);  // with rays all around
+    batches.expect_occluded(fan_to(lamp, any, *accel), lamp);
     if (!scene->objects.empty()) {
       EXPECT_GT(batches.hits(), 1000U);
     }

@@ -245,17 +245,32 @@ class OccludedFan {
               std::span<std::uint8_t> hidden, FanRays& fan)
       : rays_(rays), hidden_(hidden), fan_(fan), queue_(tree, rays) {
     // A ray ends where t_max says before the apex, and begins where it says before the other end.
-    float most = FanRays::kNearest;
-    for (std::size_t i = 0; i < fan.count; ++i) {
-      const Ray& ray = rays[std::min(i, rays.size() - 1)];
-      const float along = fan.along[i];
-      fan.left[i] = left_in(ray, object);
-      fan.least[i] = i < rays.size() && !hidden[i] ? kLess / (along * kMore + picture.stray) : kInfinity;
-      const float begins = along * (1 - ray.t_min) * kLess - picture.stray;
-      fan.sure[i] = begins > 0 ? kMore / begins : kInfinity;
-      most = std::min(most, kLess / (along * (1 - ray.t_max) * kMore + picture.stray));
+    const F16 f;
+    const auto one = hn::Set(f, 1.0F), more = hn::Set(f, kMore), less = hn::Set(f, kLess),
+               endless = hn::Set(f, kInfinity);
+    const auto stray = hn::Set(f, picture.stray);
+    auto most = hn::Set(f, FanRays::kNearest);
+    for (std::size_t first = 0; first < fan.count; first += kLanes16) {
+      alignas(64) float t_min[kLanes16], t_max[kLanes16];
+      std::uint32_t sought = 0;
+      for (std::size_t lane = 0; lane < kLanes16; ++lane) {
+        const std::size_t i = first + lane;
+        const Ray& ray = rays[std::min(i, rays.size() - 1)];
+        t_min[lane] = ray.t_min;
+        t_max[lane] = ray.t_max;
+        fan.left[i] = left_in(ray, object);
+        sought |= std::uint32_t{i < rays.size() && !hidden[i]} << lane;
+      }
+      const auto along = hn::Load(f, fan.along + first);
+      const auto least = hn::Div(less, hn::MulAdd(along, more, stray));
+      hn::Store(hn::IfThenElse(mask_of(f, sought), least, endless), f, fan.least + first);
+      const auto begins = hn::MulSub(hn::Mul(along, hn::Sub(one, hn::Load(f, t_min))), less, stray);
+      const auto surely = hn::Gt(begins, hn::Zero(f));
+      hn::Store(hn::IfThenElse(surely, hn::Div(more, begins), endless), f, fan.sure + first);
+      const auto ends = hn::MulAdd(hn::Mul(along, hn::Sub(one, hn::Load(f, t_max))), more, stray);
+      most = hn::Min(most, hn::Div(less, ends));
     }
-    fan.most = most;
+    fan.most = hn::GetLane(hn::MinOfLanes(f, most));
   }
 
   HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>&, const hn::Vec<F16>&, const Leaf&,

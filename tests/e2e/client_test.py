@@ -181,7 +181,8 @@ class Commands(ClientTest):
 
     def test_a_job_that_isnt_planned(self):
         with Daemon("--threads", "1") as daemon:
-            busy = daemon.submit(ENDLESS)
+            # One tile: between tiles the thread would turn to the job that waits.
+            busy = daemon.submit(ENDLESS | {"settings": {"samples": 4000, "tile_size": 2000}})
             daemon.wait_until(busy, lambda status: status["state"] == "rendering")
             waiting = daemon.submit(ENDLESS)
             daemon.request("POST", f"/v1/jobs/{waiting}/cancel")

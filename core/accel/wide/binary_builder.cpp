@@ -267,7 +267,8 @@ class Builder {
 BinaryTree build_binary(const TriangleMesh& mesh, const WideBuildOptions& options) {
   const std::size_t count = mesh.triangles.size();
   const std::size_t room = options.spatial_splits ? count + count * 3 / 10 : count;
-  BinaryTree tree{RawArray<BinaryNode>(2 * room), RawArray<std::uint32_t>(room)};
+  // Leaves of several triangles leave most of the room for nodes empty.
+  BinaryTree tree{RawArray<BinaryNode>(2 * room, Filling::sparse), RawArray<std::uint32_t>(room)};
   Builder(mesh, options, static_cast<std::uint32_t>(room), tree);
   return tree;
 }

@@ -392,11 +392,11 @@ class Fan {
   /// + Y + d(U + V + 1)) + 18u(UYZ + VXZ + XY) is more, and is added to them.
   ///
   /// The determinant is off by d times the normals' sizes, |x| + |y| + |z|; since those are off too, and corners
-  /// together, by less than 64d²m; and for roundings by less than 40u|a||b||c|, and than 36uXYZ: long triangles have a
-  /// small XYZ, triangles with one far corner small |b||c|. Where that, or 64u of it, is a share h of it, less than a
-  /// 16th, a nearness is at most 1 + 1.25h of what is computed, and that less 2.5h and six times what was added is not
-  /// more than it. Where cubes of m leave a float's range there are no edges. A triangle that has edges either way
-  /// takes those by which its nearness is less vague, or so it seems: both are right.
+  /// together, and the exact routine's t, by less than 64d²m; and for roundings by less than 40u|a||b||c|, and than
+  /// 36uXYZ: long triangles have a small XYZ, triangles with one far corner small |b||c|. Where that, or 64u of it, is
+  /// a share h of it, less than a 16th, a nearness is at most 1 + 1.25h of what is computed, and that less 2.5h and six
+  /// times what was added is not more than it. Where cubes of m leave a float's range there are no edges. A triangle
+  /// that has edges either way takes those by which its nearness is less vague, or so it seems: both are right.
   HWY_INLINE void see_from_apex(const Leaf& leaf, std::size_t first, const hn::Vec<F8>& nearest,
                                 const hn::Vec<F8>& farthest, SeenTriangles& seen) const {
     const F8 f;

@@ -20,6 +20,7 @@ using F16 = hn::CappedTag<float, 16>;
 inline constexpr std::size_t kLanes16 = hn::MaxLanes(F16());
 inline constexpr std::size_t kBlockRays = 16;
 inline constexpr std::size_t kBlocks = kFanRays / kBlockRays;
+
 /// More than a number that is off by the roundings of a few operations, and less.
 inline constexpr float kMore = 1 + 8 * static_cast<float>(kUnitRoundoff),
                        kLess = 1 - 8 * static_cast<float>(kUnitRoundoff);

@@ -144,9 +144,6 @@ class ApiTest(unittest.TestCase):
         self.assertGreater(status["eta"], 0)
         self.assertLess(status["tiles_done"], status["tiles_total"])
         self.assertIn("partial=1", self.get(f"/v1/jobs/{job}/image", status=409).json()["detail"])
-        waiting = self.daemon.submit(endless_job())
-        self.assertNotIn("partial=1", self.get(f"/v1/jobs/{waiting}/image", status=409).json()["detail"])
-        self.daemon.request("POST", f"/v1/jobs/{waiting}/cancel")
         reply = self.get(f"/v1/jobs/{job}/image?partial=1")
         self.assertEqual(reply.headers["Cache-Control"], "no-store")
         width, height, depth, colour, _ = png_pixels(reply.body)
@@ -155,6 +152,16 @@ class ApiTest(unittest.TestCase):
         self.assertEqual((canceled.status, canceled.json()["state"]), (202, "canceled"))
         self.get(f"/v1/jobs/{job}/image?partial=1")
         self.assertIn("partial=1", self.get(f"/v1/jobs/{job}/image", status=409).json()["detail"])
+
+    def test_an_image_that_isnt_begun_is_not_promised(self):
+        with Daemon("--threads", "1") as daemon:
+            # One tile: between tiles the thread would turn to the job that waits.
+            busy = daemon.submit(endless_job(tile_size=16000))
+            daemon.wait_until(busy, lambda status: status["state"] == "rendering")
+            waiting = daemon.submit(endless_job())
+            reply = daemon.request("GET", f"/v1/jobs/{waiting}/image")
+            self.assertEqual(reply.status, 409)
+            self.assertNotIn("partial=1", reply.json()["detail"])
 
     def test_plan_and_stats_count_the_same(self):
         far_left = {"scene": {**SPHERE, "camera": {"type": "perspective", "from": [3, 0, 9], "at": [3, 0, 0], "fov": 60}}}

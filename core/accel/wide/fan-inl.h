@@ -428,16 +428,15 @@ class Fan {
       return Corner{hn::NegMulAdd(p.z, q.y, hn::Mul(p.y, q.z)), hn::NegMulAdd(p.x, q.z, hn::Mul(p.z, q.x)),
                     hn::NegMulAdd(p.y, q.x, hn::Mul(p.x, q.y))};
     };
-    const auto largest = [](const Corner& p)
-                             HWY_ATTR { return hn::Max(hn::Abs(p.x), hn::Max(hn::Abs(p.y), hn::Abs(p.z))); };
-    const Corner normals[3] = {across(a, b), across(b, c), across(c, a)};
-    const auto size_a = largest(a), size_b = largest(b), size_c = largest(c);
-    const auto m = hn::Max(size_a, hn::Max(size_b, size_c));
-    const auto unit = hn::Set(f, static_cast<float>(kUnitRoundoff));
-    const auto d = hn::Mul(hn::MulAdd(m, unit, hn::Mul(stray, hn::Set(f, 0.125F))), hn::Set(f, kMore));
     const auto most = [](const auto& p, const auto& q, const auto& r)
                           HWY_ATTR { return hn::Max(hn::Abs(p), hn::Max(hn::Abs(q), hn::Abs(r))); };
+    const Corner normals[3] = {across(a, b), across(b, c), across(c, a)};
+    const auto largest = [&](const Corner& p) HWY_ATTR { return most(p.x, p.y, p.z); };
+    const auto size_a = largest(a), size_b = largest(b), size_c = largest(c);
     const auto x = most(a.x, b.x, c.x), y = most(a.y, b.y, c.y), z = most(a.z, b.z, c.z);
+    const auto m = hn::Max(x, hn::Max(y, z));
+    const auto unit = hn::Set(f, static_cast<float>(kUnitRoundoff));
+    const auto d = hn::Mul(hn::MulAdd(m, unit, hn::Mul(stray, hn::Set(f, 0.125F))), hn::Set(f, kMore));
     // What is made of the three axes' terms in an edge's function.
     const auto function_of = [&](const auto& of_x, const auto& of_y, const auto& of_z) HWY_ATTR {
       return hn::MulAdd(of_x, hn::Set(f, picture_.u_most), hn::MulAdd(of_y, hn::Set(f, picture_.v_most), of_z));

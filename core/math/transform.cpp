@@ -59,7 +59,7 @@ std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows
   if (!traced) return std::nullopt;
   out.local_to_world_ = *traced;
   // By its rounding, and that of `left_by`, a direction is turned by 7√3u·‖|W|·|L|‖ at most; a search takes more than
-  // 130u for "runs away".
+  // 160u for "runs away".
   out.turns_little_ = product_norm(out.world_to_local_, out.local_to_world_) <= 8;
   return out;
 }

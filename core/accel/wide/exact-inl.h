@@ -85,23 +85,24 @@ class ExactQueue {
   bool full() const { return count_ == kPairs; }
 
   /// Ray `ray` against triangle i of a leaf. Precondition: not full.
-  HWY_INLINE void add(std::size_t ray, RayAxes axes, const Leaf& leaf, std::size_t i) {
-    add_at(ray, axes, static_cast<std::int32_t>(static_cast<std::size_t>(leaf.rows - words_) + i),
+  HWY_INLINE void add(std::size_t ray, std::uint32_t axis, const Leaf& leaf, std::size_t i) {
+    add_at(ray, axis, static_cast<std::int32_t>(static_cast<std::size_t>(leaf.rows - words_) + i),
            static_cast<std::int32_t>(leaf.count));
   }
 
   /// The same, for a triangle whose corner a.x stands at word `corner` of the leaves, the next coordinate `row` on.
-  HWY_INLINE void add_at(std::size_t ray, RayAxes axes, std::int32_t corner, std::int32_t row) {
+  HWY_INLINE void add_at(std::size_t ray, std::uint32_t axis, std::int32_t corner, std::int32_t row) {
     ray_[count_] = static_cast<std::int32_t>(ray);
-    axis_[count_] = static_cast<std::int32_t>(axes.z);
+    axis_[count_] = static_cast<std::int32_t>(axis);
     corner_[count_] = corner;
     row_[count_] = row;
     ++count_;
   }
 
-  /// Tests the pairs; calls `hit(ray, t, triangle)` for those that hit within their ray's interval.
-  template <typename Counter, typename OnHit>
-  HWY_INLINE void empty(Counter tally, OnHit&& hit) {
+  /// Tests the pairs, and calls `tested(ray, is_hit, t, triangle)` for each: whether, and where, it hits within the
+  /// ray's interval. No branch depends on which do, since that can't be guessed.
+  template <typename Counter, typename OnTest>
+  HWY_INLINE void empty(Counter tally, OnTest&& tested) {
     const D8Float f;
     const D8Whole whole;
     for (std::size_t first = 0; first < count_; first += kExactLanes) {
@@ -129,36 +130,34 @@ class ExactQueue {
         return out;
       };
       const SeenCorner a = see(), b = see(), c = see();
-      const ExactHits found = exact_hits(a, b, c, along);
+      ExactHits found = exact_hits(a, b, c, along);
       alignas(32) float t[kPairs];
       hn::StoreU(found.t, f, t);
       const std::size_t here = std::min(kExactLanes, count_ - first);
-      std::uint32_t left = (found.hit | found.uncertain) & ((1U << here) - 1);
-      if constexpr (Counter::kCounts)
-        for (std::size_t i = here - static_cast<std::size_t>(std::popcount(left)); i > 0; --i) tally.object(false);
-      for (; left != 0; left &= left - 1) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(left)), pair = first + lane;
-        const auto number = static_cast<std::size_t>(ray_[pair]);
-        std::optional<float> at = t[lane];
-        if (found.uncertain >> lane & 1) [[unlikely]]
-          at = alone(pair);
-        else if (!(t[lane] > rays_[number].t_min && t[lane] < rays_[number].t_max))
-          at = std::nullopt;
-        tally.object(at.has_value());
-        if (at) hit(number, *at, leaves_[corner_[pair] + 9 * row_[pair]]);
+      for (std::uint32_t left = found.uncertain & ((1U << here) - 1); left != 0; left &= left - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+        const std::optional<float> at = alone(first + lane);
+        t[lane] = at.value_or(kInfinity);
+        found.hit |= 1U << lane;
+      }
+      for (std::size_t lane = 0; lane < here; ++lane) {
+        const std::size_t pair = first + lane, number = static_cast<std::size_t>(ray_[pair]);
+        const bool is_hit = (found.hit >> lane & 1) & (t[lane] > rays_[number].t_min) & (t[lane] < rays_[number].t_max);
+        tally.object(is_hit);
+        tested(number, is_hit, t[lane], leaves_[corner_[pair] + 9 * row_[pair]]);
       }
     }
     count_ = 0;
   }
 
  private:
-  std::optional<float> alone(std::size_t pair) const {
+  HWY_NOINLINE std::optional<float> alone(std::size_t pair) const {
     const auto corner = [&](int k) {
       const float* at = words_ + corner_[pair] + 3 * k * row_[pair];
       return Vec3{at[0], at[row_[pair]], at[2 * row_[pair]]};
     };
-    return intersect_triangle(TriangleRay(rays_[static_cast<std::size_t>(ray_[pair])]), corner(0), corner(1),
-                              corner(2));
+    const TriangleRay ray(rays_[static_cast<std::size_t>(ray_[pair])]);
+    return intersect_triangle(ray, corner(0), corner(1), corner(2));
   }
 
   const std::span<const Ray> rays_;

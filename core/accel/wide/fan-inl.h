@@ -82,6 +82,10 @@ class Fan {
   /// may hit each triangle: measured on meshes of 100,000 and 1.6 million triangles.
   static constexpr std::size_t kFewRays = 3;
 
+  /// Blocks that a triangle's box covers up to which each is better asked ray by ray: measured on an interior, where
+  /// four of five blocks in the boxes of large triangles are outside an edge, and on meshes of small ones.
+  static constexpr int kFewBlocks = 8;
+
   static constexpr Blocks kLaneBits = (Blocks{1} << kLanes16) - 1;
 
   /// Blocks with rays that are looked for beyond this.
@@ -105,6 +109,25 @@ class Fan {
                                 hn::Ge(hn::Load(f, fan_.v_hi + k), hn::Set(f, area.v_lo)));
       const auto before = hn::Le(hn::Load(f, fan_.block_least + k), hn::Set(f, area.nearness));
       bits |= Blocks{bits_of(f, hn::And(hn::And(across, down), before))} << k;
+    }
+    return bits & among;
+  }
+
+  /// Blocks of which some corner, and so perhaps a ray, is not outside any of a triangle's edges. Rounding never takes
+  /// a ray's edge function beyond its block's, since each operation grows with what it is given.
+  HWY_INLINE Blocks blocks_inside(const SeenTriangles& seen, std::size_t i, Blocks among) const {
+    const F16 f;
+    Blocks bits = 0;
+    for (std::size_t k = 0; k < kBlocks; k += kLanes16) {
+      if ((among >> k & kLaneBits) == 0) continue;
+      const auto most = [&](std::size_t e) HWY_ATTR {
+        const float du = seen.du[e][i], dv = seen.dv[e][i];
+        const auto u = hn::Load(f, (du < 0 ? fan_.u_lo : fan_.u_hi) + k);
+        const auto v = hn::Load(f, (dv < 0 ? fan_.v_lo : fan_.v_hi) + k);
+        return hn::MulAdd(u, hn::Set(f, du), hn::MulAdd(v, hn::Set(f, dv), hn::Set(f, seen.at[e][i])));
+      };
+      const auto outside = hn::Lt(hn::Min(most(0), hn::Min(most(1), most(2))), hn::Zero(f));
+      bits |= Blocks{bits_of(f, hn::Not(outside))} << k;
     }
     return bits & among;
   }
@@ -258,6 +281,7 @@ class Fan {
                                 const SeenTriangles& seen) {
     const F16 f;
     Blocks covered = blocks_in({seen.u_lo[i], seen.u_hi[i], seen.v_lo[i], seen.v_hi[i], seen.nearness[i]}, blocks);
+    if (Rays::kAsksBlocks && std::popcount(covered) > kFewBlocks) covered = blocks_inside(seen, i, covered);
     const auto of = [&](const float(&values)[8]) HWY_ATTR { return hn::Set(f, values[i]); };
     const hn::Vec<F16> du[3] = {of(seen.du[0]), of(seen.du[1]), of(seen.du[2])};
     const hn::Vec<F16> dv[3] = {of(seen.dv[0]), of(seen.dv[1]), of(seen.dv[2])};

@@ -20,11 +20,9 @@ namespace tessera::HWY_NAMESPACE {
 /// A leaf's rows (see `WideTree`).
 struct Leaf {
   Leaf() = default;
-  HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf) : count(WideChild::count(leaf)) {
-    const std::uint32_t* words = tree.leaves.data() + std::size_t{4} * WideChild::at(leaf);
-    side = std::bit_cast<float>(words[0]);
-    rows = reinterpret_cast<const float*>(words + 1);
-  }
+  HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf)
+      : count(WideChild::count(leaf)),
+        rows(reinterpret_cast<const float*>(tree.leaves.data() + std::size_t{4} * WideChild::at(leaf))) {}
 
   HWY_INLINE Vec3 corner(std::size_t i, std::size_t k) const {
     return {rows[3 * k * count + i], rows[(3 * k + 1) * count + i], rows[(3 * k + 2) * count + i]};
@@ -37,7 +35,6 @@ struct Leaf {
   }
 
   std::size_t count;
-  float side;  ///< The longest of its triangles' boxes.
   const float* rows;
 };
 
@@ -66,91 +63,112 @@ HWY_INLINE std::uint32_t left_in(const Ray& ray, std::uint32_t object) {
   return ray.leaves.object == object ? ray.leaves.primitive : kNoTriangle;
 }
 
-/// A ray set up to rule out a leaf's triangles, eight at a time, in float. What is left goes to the one exact routine.
+/// Triangles of a leaf from `first` on, as many as there are lanes, set up for rays to rule them out.
+struct LeafTriangles {
+  HWY_INLINE LeafTriangles(const Leaf& leaf, std::size_t first)
+      : number(leaf.triangles(first)), valid((1U << std::min(kLanes8, leaf.count - first)) - 1) {
+    const F8 f;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* const row = leaf.rows + axis * leaf.count + first;
+      a[axis] = hn::LoadU(f, row);
+      from_b[axis] = hn::Sub(a[axis], hn::LoadU(f, row + 3 * leaf.count));
+      to_c[axis] = hn::Sub(hn::LoadU(f, row + 6 * leaf.count), a[axis]);
+    }
+    cross(to_c, from_b, normal);
+    const auto largest = [](const Vectors& v)
+                             HWY_ATTR { return hn::Max(hn::Abs(v[0]), hn::Max(hn::Abs(v[1]), hn::Abs(v[2]))); };
+    const auto ab = largest(from_b), ac = largest(to_c);
+    side = hn::Add(hn::Max(ab, ac), hn::Set(f, 0x1p-40F));
+    area = hn::MulAdd(ab, ac, hn::Set(f, 0x1p-80F));
+  }
+
+  using Vectors = hn::Vec<F8>[3];
+  static HWY_INLINE void cross(const Vectors& p, const Vectors& q, Vectors& out) {
+    out[0] = hn::NegMulAdd(p[2], q[1], hn::Mul(p[1], q[2]));
+    out[1] = hn::NegMulAdd(p[0], q[2], hn::Mul(p[2], q[0]));
+    out[2] = hn::NegMulAdd(p[1], q[0], hn::Mul(p[0], q[1]));
+  }
+  static HWY_INLINE hn::Vec<F8> dot(const Vectors& p, const Vectors& q) {
+    return hn::MulAdd(p[0], q[0], hn::MulAdd(p[1], q[1], hn::Mul(p[2], q[2])));
+  }
+
+  Vectors a, from_b, to_c, normal;  ///< Corner a, a − b, c − a, and (b − a) × (c − a).
+  hn::Vec<F8> side;                 ///< The largest coordinate of both edges at a, and what keeps it from underflow.
+  hn::Vec<F8> area;                 ///< The product of their largest coordinates, and what keeps it from underflow.
+  hn::Vec<U8> number;
+  std::uint32_t valid;  ///< Lanes that hold a triangle: bits.
+};
+
+/// A ray set up to rule out a leaf's triangles, eight at a time, in float (after Möller & Trumbore, "Fast, Minimum
+/// Storage Ray/Triangle Intersection", 1997). What is left goes to the one exact routine.
 struct LeafRay {
   LeafRay() = default;
-  LeafRay(const Ray& ray, const ClipRay& clip, std::uint32_t object)
-      : axes(RayAxes::of(ray.direction)), stray(clip.stray), t_min(ray.t_min), left(left_in(ray, object)) {
-    float from[3], way[3];  // `Vec3::operator[]` branches
-    std::memcpy(from, &ray.origin, sizeof from);
-    std::memcpy(way, &ray.direction, sizeof way);
-    origin[0] = from[axes.x];
-    origin[1] = from[axes.y];
-    origin[2] = from[axes.z];
-    if (std::abs(clip.inverse[axes.z]) > 0x1p-100F) [[likely]] {
-      inverse = clip.inverse[axes.z];
-      shear[0] = way[axes.x] * inverse;
-      shear[1] = way[axes.y] * inverse;
-    } else {
-      inverse = 1 / way[axes.z];
-      shear[0] = way[axes.x] / way[axes.z];  // 1/d may be infinite, where d is denormal
-      shear[1] = way[axes.y] / way[axes.z];
-    }
-    pad = clip.stray * std::abs(inverse) + static_cast<float>(kDenormalSlack);
+  HWY_INLINE LeafRay(const Ray& ray, const ClipRay& clip, std::uint32_t object)
+      : left(left_in(ray, object)), axis(RayAxes::of(ray.direction).z) {
+    constexpr auto u = static_cast<float>(kUnitRoundoff);
+    const float size = max_component(abs(ray.direction));
+    const bool in_range = size > 0x1p-40F && size < 0x1p40F && clip.stray < 0x1p20F;
+    facing = in_range ? 1024 * u * size : kInfinity;
+    beside = -(32 * clip.stray * size + 0x1p-60F);
+    stray_by_t = 64 * u * size;
+    stray = 8 * clip.stray + 0x1p-60F + 2 * stray_by_t * std::abs(ray.t_min);
   }
 
-  /// The triangles from `first` on, as many as there are lanes, that may be hit at t ≤ limit: bits.
+  /// Those that `ray`, for which this was set up, may hit at t ≤ limit: bits.
   ///
-  /// The triangle that the ray leaves is out if the ray does run away from it: where |sum| > 8E (see below) it makes
-  /// more than 130u with it, many times the roundings of its direction.
+  /// Let M be as for `ClipRay`, so that corners lie within M of the origin; u = 2^-24; d the largest coordinate of the
+  /// direction D, l that of both edges at a, and A the product of each one's own. Seen from the origin a corner is
+  /// C = a − o, off by uM. C × D is below 2Md and off by 6uMd, of which products that aren't fused are 2uMd; its
+  /// product with an edge, a corner's weight, is off by 40uMdl. The normal is below 2A and off by 8uA; its product with
+  /// D, the sum of the weights, below 6Ad and off by 40uAd; that with C, the depth, off by 46uAM. The third weight is
+  /// what the two others leave of the sum; as l ≤ 2M and A ≤ l² it is off by 202uMdl at most. 256uMdl is allowed for.
   ///
-  /// A corner, seen from the ray (space being sheared as `TriangleRay` does it), is v − o − s·z: u·M for the
-  /// difference, u·M for that of z, 2u·M for s, u·M for the product where it isn't fused and 2u·M for the result, less
-  /// than e = 8uM. If the ray hits the triangle, whose box's longest side is l, corners are seen within 2l of it. A
-  /// weight, two products of two such, is then off by less than 8le + 2e² and its own roundings, 4u(2l + e)²; since l ≤
-  /// 2M, all that is less than E = 16e(l + e). So the three aren't on both sides of ±E.
+  /// Where |sum| > 1024uAd its sign is certain. Then a triangle that is hit has no weight on the other side of zero;
+  /// and the hit's t, where t·sum is the depth, lies in the interval, of which let e be an end. That t is rounded, and
+  /// `crossing` leaves 2^-30·M/d beside that: together with what sum, depth and this very comparison are off by, less
+  /// than 48uAM + 60uAd|e|. 64uA(M + d|e|) is allowed for, or more: a limit that isn't `kStop` is t_min at least, so
+  /// that |limit| ≤ limit + 2|t_min|.
   ///
-  /// The hit's t lies between those of the corners' depths, each off by 3uM·i, and its own rounding is uM·i. It is
-  /// their mean by the weights: with each weight off by E that is off by less than 3E·(last − first)/|sum|, and where
-  /// |sum| > 8E, so that the shares' sizes sum up to 1.5 at most, by 11uM·i for roundings; with the corners' own error
-  /// less than two pads of 8uM·i. Where 1/|sum| overflows, the slack is infinite or NaN, and nothing is ruled out by
-  /// it.
-  HWY_INLINE std::uint32_t possible(const Leaf& leaf, std::size_t first, float limit) const {
+  /// A triangle that the ray leaves is then out, too: the ray makes more than 160u with it, many times the roundings of
+  /// its direction, and does run away from it.
+  ///
+  /// With d from 2^-40 to 2^40 and M to 2^41 what underflows is less than what is added against it, and nothing but the
+  /// depth's bounds overflows: a slack that does rules out nothing, and where e·sum alone does, no depth reaches that
+  /// far, being below 2^127. Of other rays nothing is ruled out.
+  HWY_INLINE std::uint32_t possible(const Ray& ray, const LeafTriangles& triangles, float limit) const {
     const F8 f;
-    const float uncertain = 16 * stray * (leaf.side + stray) + static_cast<float>(kDenormalSlack);
-    struct Corner {
-      hn::Vec<F8> x, y, z;
+    const auto set = [&](Vec3 v, LeafTriangles::Vectors& out) HWY_ATTR {
+      out[0] = hn::Set(f, v.x);
+      out[1] = hn::Set(f, v.y);
+      out[2] = hn::Set(f, v.z);
     };
-    const float* const row[3] = {leaf.rows + first + axes.x * leaf.count, leaf.rows + first + axes.y * leaf.count,
-                                 leaf.rows + first + axes.z * leaf.count};
-    const std::size_t to_next = 3 * leaf.count;
-    const auto corner = [&](std::size_t k) HWY_ATTR {
-      const auto depth = hn::Sub(hn::LoadU(f, row[2] + k * to_next), hn::Set(f, origin[2]));
-      const auto across = [&](int i) HWY_ATTR {
-        const auto v = hn::Sub(hn::LoadU(f, row[i] + k * to_next), hn::Set(f, origin[i]));
-        return hn::NegMulAdd(hn::Set(f, shear[i]), depth, v);
-      };
-      return Corner{across(0), across(1), depth};
-    };
-    const Corner a = corner(0), b = corner(1), c = corner(2);
-    const auto wa = hn::NegMulAdd(c.y, b.x, hn::Mul(c.x, b.y));
-    const auto wb = hn::NegMulAdd(a.y, c.x, hn::Mul(a.x, c.y));
-    const auto wc = hn::NegMulAdd(b.y, a.x, hn::Mul(b.x, a.y));
-    const auto one_side = hn::Lt(hn::Min(wa, hn::Min(wb, wc)), hn::Set(f, -uncertain));
-    const auto other_side = hn::Gt(hn::Max(wa, hn::Max(wb, wc)), hn::Set(f, uncertain));
-    const auto in_t = [&](const hn::Vec<F8>& depth) HWY_ATTR { return hn::Mul(depth, hn::Set(f, inverse)); };
-    const auto ta = in_t(a.z), tb = in_t(b.z), tc = in_t(c.z);
-    const auto first_t = hn::Min(ta, hn::Min(tb, tc)), last_t = hn::Max(ta, hn::Max(tb, tc));
-    const auto sum = hn::Add(wa, hn::Add(wb, wc)), over_sum = hn::Div(hn::Set(f, 1.0F), sum);
-    // Shares first: products of weights and t would leave a float's range where the mesh is very large or small.
-    const auto share = [&](const hn::Vec<F8>& w) HWY_ATTR { return hn::Mul(w, over_sum); };
-    const auto t = hn::MulAdd(share(wa), ta, hn::MulAdd(share(wb), tb, hn::Mul(share(wc), tc)));
-    const auto apart = hn::Mul(hn::Set(f, 8 * uncertain), hn::Sub(last_t, first_t));
-    const auto faces = hn::Gt(hn::Abs(sum), hn::Set(f, 8 * uncertain));
-    const auto own = hn::And(faces, hn::RebindMask(f, hn::Eq(leaf.triangles(first), hn::Set(U8(), left))));
-    const auto slack =
-        hn::IfThenElse(faces, hn::MulAdd(apart, hn::Abs(over_sum), hn::Set(f, 2 * pad)), hn::Set(f, kInfinity));
-    const auto behind = hn::Or(hn::Lt(last_t, hn::Set(f, t_min - pad)), hn::Lt(hn::Add(t, slack), hn::Set(f, t_min)));
-    const auto beyond = hn::Or(hn::Gt(first_t, hn::Set(f, limit + pad)), hn::Gt(hn::Sub(t, slack), hn::Set(f, limit)));
-    const auto out = hn::Or(hn::Or(hn::And(one_side, other_side), own), hn::Or(behind, beyond));
-    return ~bits_of(f, out) & ((1U << std::min(kLanes8, leaf.count - first)) - 1);
+    LeafTriangles::Vectors origin, direction, corner, across;
+    set(ray.origin, origin);
+    set(ray.direction, direction);
+    for (int i = 0; i < 3; ++i) corner[i] = hn::Sub(triangles.a[i], origin[i]);
+    LeafTriangles::cross(corner, direction, across);
+    const auto sum = LeafTriangles::dot(triangles.normal, direction), size = hn::Abs(sum);
+    const auto sign = hn::And(sum, hn::Set(f, -0.0F));
+    const auto b = hn::Xor(LeafTriangles::dot(across, triangles.to_c), sign);
+    const auto c = hn::Xor(LeafTriangles::dot(across, triangles.from_b), sign);
+    const auto depth = hn::Xor(LeafTriangles::dot(triangles.normal, corner), sign);
+    const auto least = hn::Min(hn::Sub(hn::Sub(size, b), c), hn::Min(b, c));
+    const auto slack = [&](float of) HWY_ATTR { return hn::Mul(triangles.area, hn::Set(f, of)); };
+    const auto faces = hn::Gt(size, slack(facing));
+    const auto misses = hn::Lt(least, hn::Mul(triangles.side, hn::Set(f, beside)));
+    const auto behind = hn::Lt(depth, hn::MulSub(size, hn::Set(f, ray.t_min), slack(stray)));
+    const auto beyond = hn::Gt(depth, hn::MulAdd(size, hn::Set(f, limit), slack(stray + stray_by_t * limit)));
+    const auto own = hn::RebindMask(f, hn::Eq(triangles.number, hn::Set(U8(), left)));
+    const auto out = hn::And(faces, hn::Or(hn::Or(misses, own), hn::Or(behind, beyond)));
+    return ~bits_of(f, out) & triangles.valid;
   }
 
-  RayAxes axes;
-  float origin[3];  ///< In the order of the axes.
-  float shear[2];
-  float inverse, pad, stray, t_min;
+  float facing;        ///< By `area`: what the sum's size is to exceed.
+  float beside;        ///< By `side`: the least that a weight may be.
+  float stray;         ///< By `area`: how far off a depth may be,
+  float stray_by_t;    ///< and by how much more for each t of the limit.
   std::uint32_t left;  ///< The triangle that the ray leaves.
+  std::uint32_t axis;  ///< Of the direction, the longest.
 };
 
 /// Calls `hit(t, triangle)` for hits in the leaf at t ≤ limit; it returns the new limit, or `kStop`.
@@ -158,7 +176,7 @@ template <typename Counter, typename OnHit>
 HWY_INLINE float test_leaf(const Leaf& leaf, const Ray& ray, const LeafRay& culling, float limit, Counter tally,
                            OnHit&& hit) {
   for (std::size_t first = 0; first < leaf.count; first += kLanes8)
-    for (std::uint32_t left = culling.possible(leaf, first, limit); left != 0; left &= left - 1) {
+    for (std::uint32_t left = culling.possible(ray, LeafTriangles(leaf, first), limit); left != 0; left &= left - 1) {
       const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(left));
       const std::optional<float> t =
           intersect_triangle(TriangleRay(ray), leaf.corner(i, 0), leaf.corner(i, 1), leaf.corner(i, 2));

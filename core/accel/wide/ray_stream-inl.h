@@ -52,13 +52,14 @@ struct StreamMemory {
 /// alone.
 ///
 /// Rays of one octant go together, so that they agree on which planes are near, and on an order of the children.
-template <typename Counter, typename OnHit>
+template <typename Counter, typename OnTest>
 class RayStream {
  public:
-  /// `on_hit(ray, t, triangle)` is called for hits within the ray's interval at t ≤ limits[ray]; it returns the new
-  /// limit, or `kStop`. Rays that start with `kStop` aren't traced. Precondition: at most `kStreamRays`.
+  /// `on_test(ray, is_hit, t, triangle, limits[ray])` is called for what is tested: whether it is hit within the ray's
+  /// interval, and where, perhaps beyond the limit. It returns the new limit, or `kStop`. Rays that start with `kStop`
+  /// aren't traced. Precondition: at most `kStreamRays`.
   RayStream(StreamMemory& memory, const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
-            std::span<float> limits, Counter tally, OnHit on_hit)
+            std::span<float> limits, Counter tally, OnTest on_test)
       : groups_(memory.groups),
         clip_(memory.clip),
         leaf_rays_(memory.leaf_rays),
@@ -69,7 +70,7 @@ class RayStream {
         rays_(rays),
         limits_(limits),
         tally_(tally),
-        on_hit_(on_hit),
+        on_test_(on_test),
         queue_(tree, rays) {}
 
   /// The octants take turns, a list at a time: what one has asked memory for arrives while the others are served.
@@ -186,18 +187,20 @@ class RayStream {
   HWY_INLINE void visit_leaf(const Group& group, const List& list) {
     const Leaf leaf(tree_, list.child);
     const std::uint32_t* const members = group.rays.data() + list.first;
-    for (std::size_t k = 0; k < list.count; ++k) {
-      const std::uint32_t ray = members[k];
-      std::uint32_t possible = 0;
-      for (std::size_t first = 0; first < leaf.count; first += kLanes8)
-        possible |= leaf_rays_[ray].possible(leaf, first, limits_[ray]) << first;
-      bits_[k] = possible;
+    // Precondition: a leaf isn't empty.
+    for (std::size_t first = 0; first < leaf.count; first += kLanes8) {
+      const LeafTriangles triangles(leaf, first);
+      for (std::size_t k = 0; k < list.count; ++k) {
+        const std::uint32_t ray = members[k];
+        const std::uint32_t possible = leaf_rays_[ray].possible(rays_[ray], triangles, limits_[ray]) << first;
+        bits_[k] = first == 0 ? possible : bits_[k] | possible;
+      }
     }
     for (std::size_t k = 0; k < list.count; ++k) {
       const auto before = tally_.hits();
       const std::uint32_t ray = members[k];
       for (std::uint32_t possible = bits_[k]; possible != 0; possible &= possible - 1) {
-        queue_.add(ray, leaf_rays_[ray].axes, leaf, static_cast<std::size_t>(std::countr_zero(possible)));
+        queue_.add(ray, leaf_rays_[ray].axis, leaf, static_cast<std::size_t>(std::countr_zero(possible)));
         if (queue_.full()) test_queued();
       }
       if constexpr (Counter::kCounts) {  // which asks whether this very leaf was worth it
@@ -208,9 +211,8 @@ class RayStream {
   }
 
   HWY_INLINE void test_queued() {
-    queue_.empty(tally_, [&](std::size_t ray, float t, std::uint32_t triangle) HWY_ATTR {
-      if (t <= limits_[ray]) limits_[ray] = on_hit_(ray, t, triangle);
-    });
+    queue_.empty(tally_, [&](std::size_t ray, bool is_hit, float t, std::uint32_t triangle)
+                             HWY_ATTR { limits_[ray] = on_test_(ray, is_hit, t, triangle, limits_[ray]); });
   }
 
   Group (&groups_)[8];
@@ -223,20 +225,20 @@ class RayStream {
   const std::span<const Ray> rays_;
   const std::span<float> limits_;
   const Counter tally_;
-  OnHit on_hit_;
+  OnTest on_test_;
   ExactQueue queue_;
 };
 
 /// Traces rays in streams of the size that fits. Each thread keeps the memory: half a megabyte asked for anew with
 /// every batch costs threads other than the first a page fault for each of its pages.
-template <typename Counter, typename OnHit>
+template <typename Counter, typename OnTest>
 HWY_INLINE void stream_rays(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
-                            std::span<float> limits, Counter tally, OnHit&& on_hit) {
+                            std::span<float> limits, Counter tally, OnTest&& on_test) {
   static thread_local const auto memory = std::make_unique<StreamMemory>();
   for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
     const std::size_t count = std::min(kStreamRays, rays.size() - first);
-    const auto shifted = [&](std::size_t ray, float t, std::uint32_t triangle)
-                             HWY_ATTR { return on_hit(first + ray, t, triangle); };
+    const auto shifted = [&](std::size_t ray, bool is_hit, float t, std::uint32_t triangle, float limit)
+                             HWY_ATTR { return on_test(first + ray, is_hit, t, triangle, limit); };
     using Stream = RayStream<Counter, decltype(shifted)>;
     Stream(*memory, tree, object, rays.subspan(first, count), limits.subspan(first, count), tally, shifted).run();
   }

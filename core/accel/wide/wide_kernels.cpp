@@ -31,47 +31,61 @@ HWY_INLINE void counted(TestCounts* counts, Trace&& trace) {
     trace(NoTally());
 }
 
+/// Lowers `best` to `hit`, if that is one and less, and says so. Without branches: which hits are nearer than the last
+/// can't be guessed.
+HWY_INLINE bool lower(Hit& best, bool is_hit, const Hit& hit) {
+  const auto number = [](const Hit& of) { return std::uint64_t{of.object} << 32 | of.primitive; };
+  const std::uint64_t now = number(hit), before = number(best);
+  const bool is_less = is_hit & ((hit.t < best.t) | ((hit.t == best.t) & (now < before)));
+  const std::uint64_t kept = is_less ? now : before;
+  best.t = is_less ? hit.t : best.t;
+  best.object = static_cast<std::uint32_t>(kept >> 32);
+  best.primitive = static_cast<std::uint32_t>(kept);
+  return is_less;
+}
+
 void closest(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
              TestCounts* counts) {
   if (tree.nodes.empty()) return;
-  const auto on_hit = [&](std::size_t ray, float t, std::uint32_t triangle) HWY_ATTR {
-    hits[ray] = std::min(hits[ray], Hit{t, object, triangle});
-    return hits[ray].t;
-  };
   counted(counts, [&](auto tally) HWY_ATTR {
     if (rays.size() == 1) {
       const TreeFrame frame(tree);
       SingleRay(tree, frame, object, rays[0])
-          .visit(std::min(hits[0].t, rays[0].t_max), tally,
-                 [&](float t, std::uint32_t triangle) HWY_ATTR { return on_hit(0, t, triangle); });
+          .visit(std::min(hits[0].t, rays[0].t_max), tally, [&](float t, std::uint32_t triangle) HWY_ATTR {
+            hits[0] = std::min(hits[0], Hit{t, object, triangle});
+            return hits[0].t;
+          });
       return;
     }
     std::vector<float> limits(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = std::min(hits[i].t, rays[i].t_max);
-    stream_rays(tree, object, rays, limits, tally, on_hit);
+    stream_rays(tree, object, rays, limits, tally,
+                [&](std::size_t ray, bool is_hit, float t, std::uint32_t triangle, float limit) HWY_ATTR {
+                  return lower(hits[ray], is_hit, {t, object, triangle}) ? t : limit;
+                });
   });
 }
 
 void occluded(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
               TestCounts* counts) {
   if (tree.nodes.empty()) return;
-  const auto on_hit = [&](std::size_t ray) HWY_ATTR {
-    hidden[ray] = 1;
-    return kStop;
-  };
   counted(counts, [&](auto tally) HWY_ATTR {
     if (rays.size() == 1) {
       const TreeFrame frame(tree);
       if (!hidden[0])
         SingleRay(tree, frame, object, rays[0]).visit(rays[0].t_max, tally, [&](float, std::uint32_t) HWY_ATTR {
-          return on_hit(0);
+          hidden[0] = 1;
+          return kStop;
         });
       return;
     }
     std::vector<float> limits(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) limits[i] = hidden[i] ? kStop : rays[i].t_max;
     stream_rays(tree, object, rays, limits, tally,
-                [&](std::size_t ray, float, std::uint32_t) HWY_ATTR { return on_hit(ray); });
+                [&](std::size_t ray, bool is_hit, float, std::uint32_t, float limit) HWY_ATTR {
+                  hidden[ray] |= is_hit;
+                  return is_hit ? kStop : limit;
+                });
   });
 }
 

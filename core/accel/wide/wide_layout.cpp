@@ -1,7 +1,6 @@
 #include "core/accel/wide/wide_layout.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -76,13 +75,10 @@ WideNode make_wide_node(std::span<const Aabb> boxes) {
 
 std::uint32_t write_leaf(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles, std::uint32_t* words) {
   const std::size_t count = triangles.size();
-  Lanes longest{};
   for (std::size_t i = 0; i < count; ++i) {
     const Corners corners = corners_of(mesh, triangles[i]);
-    std::uint32_t* column = words + 1 + i;
-    LanesBox box = LanesBox::empty();
+    std::uint32_t* column = words + i;
     for (const Lanes corner : corners) {
-      box.extend(corner);
       const auto bits = reinterpret_cast<WordLanes>(corner);
       column[0] = bits[0];
       column[count] = bits[1];
@@ -90,11 +86,9 @@ std::uint32_t write_leaf(const TriangleMesh& mesh, std::span<const std::uint32_t
       column += 3 * count;
     }
     *column = triangles[i];
-    longest = max(longest, box.hi - box.lo);
   }
-  words[0] = std::bit_cast<std::uint32_t>(std::max({longest[0], longest[1], longest[2]}));
   const std::uint32_t size = leaf_words(static_cast<std::uint32_t>(count));
-  std::fill(words + 1 + 10 * count, words + size, 0U);
+  std::fill(words + 10 * count, words + size, 0U);
   return size;
 }
 

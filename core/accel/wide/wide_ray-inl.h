@@ -68,7 +68,7 @@ HWY_INLINE hn::Vec<F8> planes(const WideNode& node, std::size_t row, int axis, c
 ///
 /// Where some of these may overflow (|i| is large for rays of hardly any length, which is legal), infinities would have
 /// the wrong sign, and the axis is left out.
-struct ClipRay {
+struct alignas(64) ClipRay {
   ClipRay() = default;
   HWY_INLINE ClipRay(const TreeFrame& frame, const Ray& ray) : t_min(ray.t_min) {
     static_assert(offsetof(Ray, t_min) == offsetof(Ray, direction) + sizeof(Vec3));
@@ -101,7 +101,7 @@ struct ClipRay {
 
 /// The axes across a ray and along it, as `TriangleRay` has them.
 struct RayAxes {
-  static RayAxes of(Vec3 direction) {
+  static HWY_INLINE RayAxes of(Vec3 direction) {
     // Without branches, since rays of all directions come in any order.
     const Vec3 size = abs(direction);
     const std::uint32_t of_two = !(size.x > size.y), is_third = !(std::max(size.x, size.y) > size.z);
@@ -119,7 +119,7 @@ HWY_INLINE std::uint32_t octant_of(Vec3 direction) {
 
 /// The rows of a node's nearer planes for rays of one octant, and of its farther ones.
 struct PlaneRows {
-  explicit PlaneRows(std::uint32_t octant) {
+  HWY_INLINE explicit PlaneRows(std::uint32_t octant) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const bool down = octant >> axis & 1;
       near[axis] = (down ? offsetof(WideNode, hi) : offsetof(WideNode, lo)) + WideNode::kChildren * axis;

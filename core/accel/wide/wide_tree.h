@@ -54,10 +54,9 @@ inline constexpr std::uint32_t kNoChild = WideChild::leaf(0, 0);
 /// mapped file. A triangle may stand in several leaves (Stich, Friedrich & Dietrich, "Spatial Splits in Bounding Volume
 /// Hierarchies", 2009).
 ///
-/// A leaf of n triangles is 1 + 10n words, rounded up to whole quads of them: a float, the longest side of any of its
-/// triangles' boxes (of the whole triangles, where they were split); nine rows of n floats, a.x a.y a.z b.x b.y b.z c.x
-/// c.y c.z; n triangle numbers. So a vector of a row's values is one load; what it reads behind the row's end means
-/// nothing. `kSlack` words behind the last leaf may be read.
+/// A leaf of n triangles is 10n words, rounded up to whole quads of them: nine rows of n floats, a.x a.y a.z b.x b.y
+/// b.z c.x c.y c.z; n triangle numbers. So a vector of a row's values is one load; what it reads behind the row's end
+/// means nothing. `kSlack` words behind the last leaf may be read.
 struct WideTree {
   static constexpr std::uint32_t kSlack = 16;
   /// Levels of nodes at most, whatever the input.
@@ -71,6 +70,6 @@ struct WideTree {
 };
 
 /// Words that a leaf of `count` triangles takes.
-constexpr std::uint32_t leaf_words(std::uint32_t count) { return (1 + 10 * count + 3) / 4 * 4; }
+constexpr std::uint32_t leaf_words(std::uint32_t count) { return (10 * count + 3) / 4 * 4; }
 
 }  // namespace tessera

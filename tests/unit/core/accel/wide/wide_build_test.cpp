@@ -118,21 +118,16 @@ class Anatomy {
     ASSERT_LE(count, leaf_size_);
     ASSERT_LE(at + leaf_words(count), tree_.leaves.size());
     const std::uint32_t* words = tree_.leaves.data() + at;
-    float longest = 0;
     std::set<std::uint32_t> here;
     for (std::uint32_t i = 0; i < count; ++i) {
-      const std::uint32_t triangle = words[1 + 9 * count + i];
+      const std::uint32_t triangle = words[9 * count + i];
       ASSERT_LT(triangle, mesh_.triangles.size());
       EXPECT_TRUE(here.insert(triangle).second) << "a triangle stands in a leaf once";
-      Aabb box;
       for (std::uint32_t row = 0; row < 9; ++row)
-        EXPECT_EQ(std::bit_cast<float>(words[1 + row * count + i]),
+        EXPECT_EQ(std::bit_cast<float>(words[row * count + i]),
                   mesh_.positions[mesh_.triangles[triangle][row / 3]][static_cast<int>(row % 3)]);
-      for (const std::uint32_t corner : mesh_.triangles[triangle]) box.extend(mesh_.positions[corner]);
-      longest = std::max(longest, max_component(box.diagonal()));
       paths_[triangle].push_back(path_);
     }
-    EXPECT_EQ(std::bit_cast<float>(words[0]), longest);
     ++leaves_;
     references_ += count;
     words_ += leaf_words(count);

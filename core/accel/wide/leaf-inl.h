@@ -13,6 +13,7 @@
 #include <hwy/cache_control.h>
 
 #include "core/accel/wide/wide_ray-inl.h"
+#include "core/geometry/triangle.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
@@ -55,15 +56,13 @@ HWY_INLINE void prefetch(const WideTree& tree, std::uint32_t child) {
     prefetch_lines(&tree.nodes[child], 2);
 }
 
-/// No triangle has it.
-inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
-
 /// The triangle of an object that a ray leaves.
 HWY_INLINE std::uint32_t left_in(const Ray& ray, std::uint32_t object) {
   return ray.leaves.object == object ? ray.leaves.primitive : kNoTriangle;
 }
 
-/// Triangles of a leaf from `first` on, as many as there are lanes, set up for rays to rule them out.
+/// Triangles of a leaf from `first` on, as many as there are lanes, set up to be ruled out in float (after Möller &
+/// Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997). What is left goes to the one exact routine.
 struct LeafTriangles {
   HWY_INLINE LeafTriangles(const Leaf& leaf, std::size_t first)
       : number(leaf.triangles(first)), valid((1U << std::min(kLanes8, leaf.count - first)) - 1) {
@@ -80,6 +79,56 @@ struct LeafTriangles {
     const auto ab = largest(from_b), ac = largest(to_c);
     side = hn::Add(hn::Max(ab, ac), hn::Set(f, 0x1p-40F));
     area = hn::MulAdd(ab, ac, hn::Set(f, 0x1p-80F));
+  }
+
+  /// Those that a ray, set up as `search`, may hit at t ≤ limit: bits.
+  ///
+  /// Let M be as for `SearchRay`, so that corners lie within M of the origin; u = 2^-24; d the largest coordinate of
+  /// the direction D, l that of both edges at a, and A the product of each one's own. Seen from the origin a corner is
+  /// C = a − o, off by uM. C × D is below 2Md and off by 6uMd, of which products that aren't fused are 2uMd; its
+  /// product with an edge, a corner's weight, is off by 40uMdl. The normal is below 2A and off by 8uA; its product with
+  /// D, the sum of the weights, below 6Ad and off by 40uAd; that with C, the depth, off by 46uAM. The third weight is
+  /// what the two others leave of the sum; as l ≤ 2M and A ≤ l² it is off by 202uMdl at most. 256uMdl is allowed for.
+  ///
+  /// Where |sum| > 1024uAd its sign is certain. Then a triangle that is hit has no weight on the other side of zero;
+  /// and the hit's t, where t·sum is the depth, lies in the interval, of which let e be an end. That t is rounded, and
+  /// `crossing` leaves 2^-30·M/d beside that: together with what sum, depth and this very comparison are off by,
+  /// less than 48uAM + 60uAd|e|. 64uA(M + d|e|) is allowed for, or more: a limit that isn't `kStop` is t_min at least,
+  /// so that |limit| ≤ limit + 2|t_min|.
+  ///
+  /// A triangle that the ray leaves is then out, too: the ray makes more than 160u with it, many times the roundings of
+  /// its direction, and does run away from it.
+  ///
+  /// With d from 2^-40 to 2^40 and M to 2^41 what underflows is less than what is added against it, and nothing but the
+  /// depth's bounds overflows: a slack that does rules out nothing, and where e·sum alone does, no depth reaches that
+  /// far, being below 2^127. Of other rays nothing is ruled out.
+  HWY_INLINE std::uint32_t possible(const Ray& ray, const SearchRay& search, float limit) const {
+    const F8 f;
+    const auto set = [&](Vec3 v, Vectors& out) HWY_ATTR {
+      out[0] = hn::Set(f, v.x);
+      out[1] = hn::Set(f, v.y);
+      out[2] = hn::Set(f, v.z);
+    };
+    Vectors origin, direction, corner, across;
+    set(ray.origin, origin);
+    set(ray.direction, direction);
+    for (int i = 0; i < 3; ++i) corner[i] = hn::Sub(a[i], origin[i]);
+    cross(corner, direction, across);
+    const auto sum = dot(normal, direction), size = hn::Abs(sum);
+    const auto sign = hn::And(sum, hn::Set(f, -0.0F));
+    const auto b = hn::Xor(dot(across, to_c), sign);
+    const auto c = hn::Xor(dot(across, from_b), sign);
+    const auto depth = hn::Xor(dot(normal, corner), sign);
+    const auto least = hn::Min(hn::Sub(hn::Sub(size, b), c), hn::Min(b, c));
+    const auto slack = [&](float of) HWY_ATTR { return hn::Mul(area, hn::Set(f, of)); };
+    const auto faces = hn::Gt(size, slack(search.facing));
+    const auto misses = hn::Lt(least, hn::Mul(side, hn::Set(f, search.beside)));
+    const auto behind = hn::Lt(depth, hn::MulSub(size, hn::Set(f, search.t_min), slack(search.stray)));
+    const auto beyond =
+        hn::Gt(depth, hn::MulAdd(size, hn::Set(f, limit), slack(search.stray + search.stray_by_t * limit)));
+    const auto own = hn::RebindMask(f, hn::Eq(number, hn::Set(U8(), search.left)));
+    const auto out = hn::And(faces, hn::Or(hn::Or(misses, own), hn::Or(behind, beyond)));
+    return ~bits_of(f, out) & valid;
   }
 
   using Vectors = hn::Vec<F8>[3];
@@ -99,84 +148,12 @@ struct LeafTriangles {
   std::uint32_t valid;  ///< Lanes that hold a triangle: bits.
 };
 
-/// A ray set up to rule out a leaf's triangles, eight at a time, in float (after Möller & Trumbore, "Fast, Minimum
-/// Storage Ray/Triangle Intersection", 1997). What is left goes to the one exact routine.
-struct LeafRay {
-  LeafRay() = default;
-  HWY_INLINE LeafRay(const Ray& ray, const ClipRay& clip, std::uint32_t object)
-      : left(left_in(ray, object)), axis(RayAxes::of(ray.direction).z) {
-    constexpr auto u = static_cast<float>(kUnitRoundoff);
-    const float size = max_component(abs(ray.direction));
-    const bool in_range = size > 0x1p-40F && size < 0x1p40F && clip.stray < 0x1p20F;
-    facing = in_range ? 1024 * u * size : kInfinity;
-    beside = -(32 * clip.stray * size + 0x1p-60F);
-    stray_by_t = 64 * u * size;
-    stray = 8 * clip.stray + 0x1p-60F + 2 * stray_by_t * std::abs(ray.t_min);
-  }
-
-  /// Those that `ray`, for which this was set up, may hit at t ≤ limit: bits.
-  ///
-  /// Let M be as for `ClipRay`, so that corners lie within M of the origin; u = 2^-24; d the largest coordinate of the
-  /// direction D, l that of both edges at a, and A the product of each one's own. Seen from the origin a corner is
-  /// C = a − o, off by uM. C × D is below 2Md and off by 6uMd, of which products that aren't fused are 2uMd; its
-  /// product with an edge, a corner's weight, is off by 40uMdl. The normal is below 2A and off by 8uA; its product with
-  /// D, the sum of the weights, below 6Ad and off by 40uAd; that with C, the depth, off by 46uAM. The third weight is
-  /// what the two others leave of the sum; as l ≤ 2M and A ≤ l² it is off by 202uMdl at most. 256uMdl is allowed for.
-  ///
-  /// Where |sum| > 1024uAd its sign is certain. Then a triangle that is hit has no weight on the other side of zero;
-  /// and the hit's t, where t·sum is the depth, lies in the interval, of which let e be an end. That t is rounded, and
-  /// `crossing` leaves 2^-30·M/d beside that: together with what sum, depth and this very comparison are off by, less
-  /// than 48uAM + 60uAd|e|. 64uA(M + d|e|) is allowed for, or more: a limit that isn't `kStop` is t_min at least, so
-  /// that |limit| ≤ limit + 2|t_min|.
-  ///
-  /// A triangle that the ray leaves is then out, too: the ray makes more than 160u with it, many times the roundings of
-  /// its direction, and does run away from it.
-  ///
-  /// With d from 2^-40 to 2^40 and M to 2^41 what underflows is less than what is added against it, and nothing but the
-  /// depth's bounds overflows: a slack that does rules out nothing, and where e·sum alone does, no depth reaches that
-  /// far, being below 2^127. Of other rays nothing is ruled out.
-  HWY_INLINE std::uint32_t possible(const Ray& ray, const LeafTriangles& triangles, float limit) const {
-    const F8 f;
-    const auto set = [&](Vec3 v, LeafTriangles::Vectors& out) HWY_ATTR {
-      out[0] = hn::Set(f, v.x);
-      out[1] = hn::Set(f, v.y);
-      out[2] = hn::Set(f, v.z);
-    };
-    LeafTriangles::Vectors origin, direction, corner, across;
-    set(ray.origin, origin);
-    set(ray.direction, direction);
-    for (int i = 0; i < 3; ++i) corner[i] = hn::Sub(triangles.a[i], origin[i]);
-    LeafTriangles::cross(corner, direction, across);
-    const auto sum = LeafTriangles::dot(triangles.normal, direction), size = hn::Abs(sum);
-    const auto sign = hn::And(sum, hn::Set(f, -0.0F));
-    const auto b = hn::Xor(LeafTriangles::dot(across, triangles.to_c), sign);
-    const auto c = hn::Xor(LeafTriangles::dot(across, triangles.from_b), sign);
-    const auto depth = hn::Xor(LeafTriangles::dot(triangles.normal, corner), sign);
-    const auto least = hn::Min(hn::Sub(hn::Sub(size, b), c), hn::Min(b, c));
-    const auto slack = [&](float of) HWY_ATTR { return hn::Mul(triangles.area, hn::Set(f, of)); };
-    const auto faces = hn::Gt(size, slack(facing));
-    const auto misses = hn::Lt(least, hn::Mul(triangles.side, hn::Set(f, beside)));
-    const auto behind = hn::Lt(depth, hn::MulSub(size, hn::Set(f, ray.t_min), slack(stray)));
-    const auto beyond = hn::Gt(depth, hn::MulAdd(size, hn::Set(f, limit), slack(stray + stray_by_t * limit)));
-    const auto own = hn::RebindMask(f, hn::Eq(triangles.number, hn::Set(U8(), left)));
-    const auto out = hn::And(faces, hn::Or(hn::Or(misses, own), hn::Or(behind, beyond)));
-    return ~bits_of(f, out) & triangles.valid;
-  }
-
-  float facing;        ///< By `area`: what the sum's size is to exceed.
-  float beside;        ///< By `side`: the least that a weight may be.
-  float stray;         ///< By `area`: how far off a depth may be,
-  float stray_by_t;    ///< and by how much more for each t of the limit.
-  std::uint32_t left;  ///< The triangle that the ray leaves.
-  std::uint32_t axis;  ///< Of the direction, the longest.
-};
-
 /// Calls `hit(t, triangle)` for hits in the leaf at t ≤ limit; it returns the new limit, or `kStop`.
 template <typename Counter, typename OnHit>
-HWY_INLINE float test_leaf(const Leaf& leaf, const Ray& ray, const LeafRay& culling, float limit, Counter tally,
+HWY_INLINE float test_leaf(const Leaf& leaf, const Ray& ray, const SearchRay& search, float limit, Counter tally,
                            OnHit&& hit) {
   for (std::size_t first = 0; first < leaf.count; first += kLanes8)
-    for (std::uint32_t left = culling.possible(ray, LeafTriangles(leaf, first), limit); left != 0; left &= left - 1) {
+    for (std::uint32_t left = LeafTriangles(leaf, first).possible(ray, search, limit); left != 0; left &= left - 1) {
       const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(left));
       const std::optional<float> t =
           intersect_triangle(TriangleRay(ray), leaf.corner(i, 0), leaf.corner(i, 1), leaf.corner(i, 2));

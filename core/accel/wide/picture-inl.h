@@ -39,7 +39,7 @@ constexpr std::size_t whole_blocks(std::size_t rays) { return (rays + kBlockRays
 ///
 /// The picture lies across the axis along which the rays run farthest; depth is along it, away from the apex. With M
 /// the distance from the apex within which everything lies, a float coordinate relative to the apex is off by 4.1u·M at
-/// most (a plane's: see `ClipRay`), and the rays' lines pass the apex by 2u·M at most. Areas are grown for that by
+/// most (a plane's: see `SearchRay`), and the rays' lines pass the apex by 2u·M at most. Areas are grown for that by
 /// `stray`, 16u·M, over the depth; what is left of it covers the roundings of rays' u and v, and of the quotients that
 /// they are compared with, 3u·|u| ≤ 3u·M/depth for what lies in the picture. Depths are grown by `stray` themselves.
 ///

@@ -40,8 +40,7 @@ struct StreamMemory {
   };
 
   Group groups[8];
-  ClipRay clip[kStreamRays];
-  LeafRay leaf_rays[kStreamRays];
+  SearchRay search[kStreamRays];
   std::uint32_t bits[kStreamRays + kLanes];  ///< For each ray of a list, which children or triangles it may hit.
 };
 
@@ -61,8 +60,7 @@ class RayStream {
   RayStream(StreamMemory& memory, const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
             std::span<float> limits, Counter tally, OnTest on_test)
       : groups_(memory.groups),
-        clip_(memory.clip),
-        leaf_rays_(memory.leaf_rays),
+        search_(memory.search),
         bits_(memory.bits),
         tree_(tree),
         object_(object),
@@ -104,19 +102,22 @@ class RayStream {
   HWY_INLINE void setup() {
     for (Group& group : groups_) {
       group.waiting = 0;
-      group.rays.clear();
+      if (group.rays.size() < rays_.size() + kLanes) group.rays.resize(rays_.size() + kLanes);
     }
-    for (std::uint32_t i = 0; i < rays_.size(); ++i) {
-      if (limits_[i] == kStop) continue;
-      clip_[i] = ClipRay(frame_, rays_[i]);
-      leaf_rays_[i] = LeafRay(rays_[i], clip_[i], object_);
-      groups_[octant_of(rays_[i].direction)].rays.push_back(i);
+    const hn::CappedTag<float, 16> f;
+    std::uint32_t counts[8] = {};
+    alignas(64) std::uint32_t octants[hn::MaxLanes(f)];
+    for (std::size_t first = 0; first < rays_.size(); first += hn::MaxLanes(f)) {
+      set_up(f, frame_, object_, rays_, first, search_, octants);
+      for (std::size_t i = first; i < std::min(first + hn::MaxLanes(f), rays_.size()); ++i) {
+        const std::uint32_t octant = octants[i - first];
+        groups_[octant].rays[counts[octant]] = static_cast<std::uint32_t>(i);
+        counts[octant] += limits_[i] != kStop;
+      }
     }
-    for (Group& group : groups_) {
-      const std::size_t count = group.rays.size();
-      if (count == 0) continue;
-      group.lists[group.waiting++] = {0, 0, static_cast<std::uint32_t>(count)};
-      group.rays.resize(count + kLanes);
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      Group& group = groups_[octant];
+      if (counts[octant] != 0) group.lists[group.waiting++] = {0, 0, counts[octant]};
     }
   }
 
@@ -130,7 +131,7 @@ class RayStream {
       for (std::size_t i = 0; i < list.count; ++i) {
         const std::uint32_t ray = members[i];
         hn::Vec<F8> enter;
-        const std::uint32_t missed = bits_of(F8(), planes.missed_by(clip_[ray], limits_[ray], enter));
+        const std::uint32_t missed = bits_of(F8(), planes.missed_by(search_[ray], limits_[ray], enter));
         const std::uint32_t entered = (~missed & ((1U << kLanes8) - 1)) << first;
         bits_[i] = first == 0 ? entered : bits_[i] | entered;
         any |= entered;
@@ -148,7 +149,7 @@ class RayStream {
       const std::uint32_t ray = group.rays[i];
       std::uint32_t child[8];
       float entry[8];
-      const int count = enter_children(node, octant, rows, frame_, clip_[ray], limits_[ray], child, entry);
+      const int count = enter_children(node, octant, rows, frame_, search_[ray], limits_[ray], child, entry);
       tally_.volumes(WideNode::kChildren, static_cast<std::uint64_t>(count));
       for (int k = 0; k < count; ++k) {
         group.lists[group.waiting++] = {child[k], i, 1, entry[k]};
@@ -192,7 +193,7 @@ class RayStream {
       const LeafTriangles triangles(leaf, first);
       for (std::size_t k = 0; k < list.count; ++k) {
         const std::uint32_t ray = members[k];
-        const std::uint32_t possible = leaf_rays_[ray].possible(rays_[ray], triangles, limits_[ray]) << first;
+        const std::uint32_t possible = triangles.possible(rays_[ray], search_[ray], limits_[ray]) << first;
         bits_[k] = first == 0 ? possible : bits_[k] | possible;
       }
     }
@@ -200,7 +201,7 @@ class RayStream {
       const auto before = tally_.hits();
       const std::uint32_t ray = members[k];
       for (std::uint32_t possible = bits_[k]; possible != 0; possible &= possible - 1) {
-        queue_.add(ray, leaf_rays_[ray].axis, leaf, static_cast<std::size_t>(std::countr_zero(possible)));
+        queue_.add(ray, search_[ray].axis, leaf, static_cast<std::size_t>(std::countr_zero(possible)));
         if (queue_.full()) test_queued();
       }
       if constexpr (Counter::kCounts) {  // which asks whether this very leaf was worth it
@@ -216,8 +217,7 @@ class RayStream {
   }
 
   Group (&groups_)[8];
-  ClipRay (&clip_)[kStreamRays];
-  LeafRay (&leaf_rays_)[kStreamRays];
+  SearchRay (&search_)[kStreamRays];
   std::uint32_t (&bits_)[kStreamRays + kLanes];
   const WideTree& tree_;
   const std::uint32_t object_;

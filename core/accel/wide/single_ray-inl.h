@@ -16,13 +16,11 @@ namespace tessera::HWY_NAMESPACE {
 class SingleRay {
  public:
   SingleRay(const WideTree& tree, const TreeFrame& frame, std::uint32_t object, const Ray& ray)
-      : tree_(tree),
-        frame_(frame),
-        ray_(ray),
-        clip_(frame, ray),
-        leaf_ray_(ray, clip_, object),
-        octant_(octant_of(ray.direction)),
-        rows_(octant_) {}
+      : tree_(tree), frame_(frame), ray_(ray), octant_(octant_of(ray.direction)), rows_(octant_) {
+    const hn::CappedTag<float, 4> f;
+    std::uint32_t octants[hn::MaxLanes(f)];
+    set_up(f, frame, object, {&ray, 1}, 0, &search_, octants);
+  }
 
   /// Calls `hit(t, triangle)` for hits within the ray's interval at t ≤ limit; it returns the new limit, or `kStop`.
   template <typename Counter, typename OnHit>
@@ -31,12 +29,12 @@ class SingleRay {
     while (true) {
       if (!WideChild::is_leaf(current)) {
         const int entered =
-            enter_children(tree_.nodes[current], octant_, rows_, frame_, clip_, limit, child_ + top_, entry_ + top_);
+            enter_children(tree_.nodes[current], octant_, rows_, frame_, search_, limit, child_ + top_, entry_ + top_);
         tally.volumes(WideNode::kChildren, static_cast<std::uint64_t>(entered));
         top_ += entered;
       } else {
         const auto before = tally.hits();
-        limit = test_leaf(Leaf(tree_, current), ray_, leaf_ray_, limit, tally, hit);
+        limit = test_leaf(Leaf(tree_, current), ray_, search_, limit, tally, hit);
         if (limit == kStop) return;
         tally.looked_into(before);
       }
@@ -52,8 +50,7 @@ class SingleRay {
   const WideTree& tree_;
   const TreeFrame& frame_;
   const Ray& ray_;
-  ClipRay clip_;
-  LeafRay leaf_ray_;
+  SearchRay search_;
   std::uint32_t octant_;
   PlaneRows rows_;
   int top_ = 0;

@@ -1,4 +1,5 @@
 // Law L1 for the wide kernels: every instruction set, alone or with others, gives a ray the hit of brute force.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -484,6 +485,43 @@ TEST(WideKernels, AgreeWhereOneOfAFanIsNoRay) {
         wide->closest_fan(fan, hits);
         for (std::size_t i = 0; i < fan.size(); ++i)
           ASSERT_EQ(hits[i], brute->closest(fan.ray(i)).value_or(Hit{})) << broken << " at " << place << ", " << axis;
+      }
+}
+
+/// The same of shadow rays: whatever one is, the others are told what lies on their way.
+TEST(WideKernels, AgreeWhereOneOfTheRaysToALampIsNone) {
+  const TriangleMesh mesh = icosphere(3);
+  const auto brute = make_accel(SceneBuilder().add(mesh).build(), {AccelKind::brute});
+  const auto wide = make_accel(SceneBuilder().add(mesh).build(), {AccelKind::wide});
+  const Vec3 lamp{0, 0, 8};
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto breaks = std::to_array<void (*)(Ray&, float)>({
+      [](Ray& ray, float with) { ray.origin.x = with; },
+      [](Ray& ray, float with) { ray.origin.z = with; },
+      [](Ray& ray, float with) { ray.direction.y = with; },
+      [](Ray& ray, float with) { ray.direction.z = with; },
+      [](Ray& ray, float) { ray.direction = {}; },
+      [](Ray& ray, float with) { ray.t_min = with; },
+      [](Ray& ray, float with) { ray.t_max = with; },
+      [](Ray& ray, float) { ray.t_min = ray.t_max; },
+      [](Ray& ray, float) { ray.t_min = -1; },
+      [](Ray& ray, float) { ray.t_max = 2; },
+  });
+  for (const float with : {nan, kInfinity, -kInfinity})
+    for (const auto& break_with : breaks)
+      for (std::size_t place = 0; place < 32; ++place) {
+        std::vector<Ray> rays;
+        for (std::size_t i = 0; i < 32; ++i) {
+          const Vec3 from{0.15F * static_cast<float>(i % 4) - 1.75F, 0.08F * static_cast<float>(i / 4) - 0.3F, -5};
+          rays.push_back({from, lamp - from, 0, 0.99F});
+        }
+        break_with(rays[place], with);
+        std::vector<std::uint8_t> hidden(rays.size());
+        wide->occluded_fan(lamp, rays, hidden);
+        EXPECT_NE(std::ranges::count(hidden, 0), 0);
+        EXPECT_NE(std::ranges::count(hidden, 1), 0);
+        for (std::size_t i = 0; i < rays.size(); ++i)
+          ASSERT_EQ(hidden[i], brute->occluded(rays[i])) << with << " at " << place << ", ray " << i;
       }
 }
 

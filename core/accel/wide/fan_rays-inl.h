@@ -236,6 +236,45 @@ class ClosestFan {
   std::uint32_t found_[kBlocks] = {};  ///< Rays that hit something less than what they came with: bits.
 };
 
+/// Rays that lead to one point, part by part; the last stands in for those that a block lacks.
+struct RaysToPoint {
+  HWY_INLINE RaysToPoint(Vec3 apex, std::uint32_t object, std::span<const Ray> rays)
+      : count(whole_blocks(rays.size())) {
+    const F16 f;
+    const D8 d;
+    auto most = hn::Zero(d), sum = hn::Zero(d);
+    auto there = hn::Eq(hn::Zero(f), hn::Zero(f));
+    for (std::size_t first = 0; first < count; first += kLanes16) {
+      const RayLanes<F16> lanes(rays, first);
+      for (std::size_t half = 0; half < kLanes16; half += kExactLanes)
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto of = [&](const float* values)
+                              HWY_ATTR { return hn::PromoteTo(d, hn::Load(D8Float(), values + half)); };
+          const auto leads_to = hn::Add(of(lanes.origin[axis]), of(lanes.direction[axis]));
+          const auto from_it = hn::Abs(hn::Sub(leads_to, hn::Set(d, double{apex[axis]})));
+          most = hn::Max(most, from_it);
+          sum = hn::Add(sum, from_it);
+        }
+      const auto t_min = hn::Load(f, lanes.t_min), t_max = hn::Load(f, lanes.t_max);
+      there = hn::And(
+          there, hn::And(hn::Ge(t_min, hn::Zero(f)), hn::And(hn::Lt(t_min, t_max), hn::Le(t_max, hn::Set(f, 1.0F)))));
+      for (int axis = 0; axis < 3; ++axis) hn::Store(hn::Load(f, lanes.direction[axis]), f, direction[axis] + first);
+      hn::Store(t_min, f, begin + first);
+      hn::Store(t_max, f, end + first);
+      hn::Store(left_in(lanes, object), hn::Rebind<std::uint32_t, F16>(), left + first);
+    }
+    const bool is_finite = hn::GetLane(hn::SumOfLanes(d, sum)) < std::numeric_limits<double>::infinity();
+    off = is_finite && hn::AllTrue(f, there) ? hn::GetLane(hn::MaxOfLanes(d, most)) : kInfinity;
+  }
+
+  std::size_t count;
+  alignas(64) float direction[3][kFanRays], begin[kFanRays], end[kFanRays];  ///< The ends are t_min and t_max.
+  alignas(64) std::uint32_t left[kFanRays];
+  /// How far, along an axis, they lead past the point at most; infinite where one has no finite origin or direction, no
+  /// interval, or may hit what lies behind its origin or beyond where it leads.
+  double off;
+};
+
 /// Rays that lead to one point, asking whether anything lies on their way. What surely does need not be tested.
 class OccludedFan {
  public:
@@ -244,7 +283,7 @@ class OccludedFan {
 
   static constexpr bool can_take() { return true; }
 
-  OccludedFan(const WideTree& tree, const Picture& picture, std::uint32_t object, std::span<const Ray> rays,
+  OccludedFan(const WideTree& tree, const Picture& picture, const RaysToPoint& ends, std::span<const Ray> rays,
               std::span<std::uint8_t> hidden, FanRays& fan)
       : rays_(rays), hidden_(hidden), fan_(fan), queue_(tree, rays) {
     // A ray ends where t_max says before the apex, and begins where it says before the other end.
@@ -254,24 +293,17 @@ class OccludedFan {
     const auto stray = hn::Set(f, picture.stray);
     auto most = hn::Set(f, FanRays::kNearest);
     for (std::size_t first = 0; first < fan.count; first += kLanes16) {
-      alignas(64) float t_min[kLanes16], t_max[kLanes16];
       std::uint32_t sought = 0;
-      for (std::size_t lane = 0; lane < kLanes16; ++lane) {
-        const std::size_t i = first + lane;
-        const Ray& ray = rays[std::min(i, rays.size() - 1)];
-        t_min[lane] = ray.t_min;
-        t_max[lane] = ray.t_max;
-        fan.left[i] = left_in(ray, object);
-        sought |= std::uint32_t{i < rays.size() && !hidden[i]} << lane;
-      }
+      for (std::size_t i = first; i < std::min(first + kLanes16, rays.size()); ++i)
+        sought |= std::uint32_t{!hidden[i]} << (i - first);
       const auto along = hn::Load(f, fan.along + first);
       const auto least = hn::Div(less, hn::MulAdd(along, more, stray));
       hn::Store(hn::IfThenElse(mask_of(f, sought), least, endless), f, fan.least + first);
-      const auto begins = hn::MulSub(hn::Mul(along, hn::Sub(one, hn::Load(f, t_min))), less, stray);
+      const auto begins = hn::MulSub(hn::Mul(along, hn::Sub(one, hn::Load(f, ends.begin + first))), less, stray);
       const auto surely = hn::Gt(begins, hn::Zero(f));
       hn::Store(hn::IfThenElse(surely, hn::Div(more, begins), endless), f, fan.sure + first);
-      const auto ends = hn::MulAdd(hn::Mul(along, hn::Sub(one, hn::Load(f, t_max))), more, stray);
-      most = hn::Min(most, hn::Div(less, ends));
+      const auto rest = hn::MulAdd(hn::Mul(along, hn::Sub(one, hn::Load(f, ends.end + first))), more, stray);
+      most = hn::Min(most, hn::Div(less, rest));
     }
     fan.most = hn::GetLane(hn::MinOfLanes(f, most));
   }

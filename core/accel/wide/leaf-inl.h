@@ -56,11 +56,6 @@ HWY_INLINE void prefetch(const WideTree& tree, std::uint32_t child) {
     prefetch_lines(&tree.nodes[child], 2);
 }
 
-/// The triangle of an object that a ray leaves.
-HWY_INLINE std::uint32_t left_in(const Ray& ray, std::uint32_t object) {
-  return ray.leaves.object == object ? ray.leaves.primitive : kNoTriangle;
-}
-
 /// Triangles of a leaf from `first` on, as many as there are lanes, set up to be ruled out in float (after Möller &
 /// Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997). What is left goes to the one exact routine.
 struct LeafTriangles {

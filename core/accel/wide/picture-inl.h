@@ -63,8 +63,9 @@ struct Picture {
 struct FanRays {
   static constexpr float kNearest = std::numeric_limits<float>::max();
 
-  /// Precondition: `rays` make whole blocks, one at least.
-  FanRays(const float* x, const float* y, const float* z, std::size_t rays) : direction{x, y, z}, count(rays) {
+  /// `triangles` are those that the rays leave, if they do. Precondition: `rays` make whole blocks, one at least.
+  FanRays(const float* x, const float* y, const float* z, std::size_t rays, const std::uint32_t* triangles = nullptr)
+      : direction{x, y, z}, left(triangles), count(rays) {
     std::fill(block_least + blocks(), block_least + kBlocks, kInfinity);
   }
 
@@ -72,10 +73,10 @@ struct FanRays {
   Blocks all() const { return ~Blocks{0} >> (kBlocks - blocks()); }
 
   const float* const direction[3];
+  const std::uint32_t* const left;
   const std::size_t count;
   alignas(64) float along[kFanRays];  ///< Depth for each t: the direction's size along the picture's axis.
   alignas(64) float u[kFanRays], v[kFanRays];
-  alignas(64) std::uint32_t left[kFanRays];  ///< The triangle that a ray leaves; read of shadow rays.
   /// What has less nearness doesn't matter to a ray, what has more than `sure` is sure to be less than what it hits so
   /// far, and within its interval's end. `least` is ∞ for rays that aren't looked for: nothing has as much.
   alignas(64) float least[kFanRays], sure[kFanRays];

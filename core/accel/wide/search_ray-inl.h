@@ -72,17 +72,26 @@ struct RayLanes {
       direction[1][lane] = ray.direction.y;
       direction[2][lane] = ray.direction.z;
       t_min[lane] = ray.t_min;
+      t_max[lane] = ray.t_max;
       object[lane] = ray.leaves.object;
       primitive[lane] = ray.leaves.primitive;
     }
   }
 
-  alignas(64) float origin[3][kLanes], direction[3][kLanes], t_min[kLanes];
+  alignas(64) float origin[3][kLanes], direction[3][kLanes], t_min[kLanes], t_max[kLanes];
   alignas(64) std::uint32_t object[kLanes], primitive[kLanes];  ///< What the rays leave.
 };
 
 /// No triangle has it.
 inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
+
+/// The triangles of an object that rays leave.
+template <typename D>
+HWY_INLINE auto left_in(const RayLanes<D>& lanes, std::uint32_t object) {
+  const hn::Rebind<std::uint32_t, D> whole;
+  return hn::IfThenElse(hn::Eq(hn::Load(whole, lanes.object), hn::Set(whole, object)), hn::Load(whole, lanes.primitive),
+                        hn::Set(whole, kNoTriangle));
+}
 
 /// A ray set up for a search of a tree, in a cache line: to be clipped against its nodes, and to rule out triangles
 /// (see `LeafTriangles`). This only culls (law L1 of the design) and is padded (law L2):
@@ -154,8 +163,7 @@ HWY_INLINE void set_up(D f, const TreeFrame& frame, std::uint32_t object, std::s
   const auto in_range =
       hn::And(hn::And(hn::Gt(most, set(0x1p-40F)), hn::Lt(most, set(0x1p40F))), hn::Lt(off, set(0x1p20F)));
   const Vector facing = hn::IfThenElse(in_range, hn::Mul(set(1024 * u), most), set(kInfinity));
-  const auto left = hn::IfThenElse(hn::Eq(hn::Load(whole, lanes.object), hn::Set(whole, object)),
-                                   hn::Load(whole, lanes.primitive), hn::Set(whole, kNoTriangle));
+  const auto left = left_in(lanes, object);
   const auto one_or_none =
       hn::IfThenElse(hn::RebindMask(whole, hn::Gt(size[0], size[1])), hn::Zero(whole), hn::Set(whole, 1));
   const auto axis = hn::IfThenElse(hn::RebindMask(whole, hn::Gt(of_two, size[2])), one_or_none, hn::Set(whole, 2));

@@ -198,7 +198,9 @@ void WideAccel::occluded_fan(Vec3 apex, std::span<const Ray> rays, std::span<std
 
 void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log,
                          std::optional<Vec3> apex) const {
-  if (rays.empty() || !all_traceable(rays)) return Accel::occluded(rays, hidden, log);
+  if (rays.empty()) return;
+  const bool is_lone_fan = apex && is_lone_mesh();  // for which the kernel looks by itself
+  if (!is_lone_fan && !all_traceable(rays)) return Accel::occluded(rays, hidden, log);
   std::ranges::fill(hidden, 0);
   if (is_lone_mesh()) {
     if (log.tested) log.tested->mark(0);

@@ -126,29 +126,14 @@ bool closest_fan(const WideTree& tree, std::uint32_t object, const RayFan& rays,
   return true;
 }
 
-/// Whether rays can't hit what lies behind their origins, and end at the apex at most; `reach` as a picture's.
-bool lead_to(Vec3 apex, float reach, std::span<const Ray> rays) {
-  return std::ranges::all_of(rays, [&](const Ray& ray) {
-    const Vec3d off = to_double(ray.origin) + to_double(ray.direction) - to_double(apex);
-    return max_component(abs(off)) <= 2 * kUnitRoundoff * reach && ray.t_min >= 0 && ray.t_max <= 1;
-  });
-}
-
 bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::span<const Ray> rays,
                   std::span<std::uint8_t> hidden, TestCounts* counts) {
   if (tree.nodes.empty() || rays.empty()) return true;
-  float x[kFanRays], y[kFanRays], z[kFanRays];
-  const std::size_t count = whole_blocks(rays.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 direction = rays[std::min(i, rays.size() - 1)].direction;
-    x[i] = direction.x;
-    y[i] = direction.y;
-    z[i] = direction.z;
-  }
-  FanRays fan(x, y, z, count);
+  const RaysToPoint ends(apex, object, rays);
+  FanRays fan(ends.direction[0], ends.direction[1], ends.direction[2], ends.count, ends.left);
   const std::optional<Picture> picture = take_picture(TreeFrame(tree), apex, -1, fan);
-  if (!picture || !lead_to(apex, picture->reach, rays)) return false;
-  OccludedFan occluded(tree, *picture, object, rays, hidden, fan);
+  if (!picture || !(ends.off <= 2 * kUnitRoundoff * picture->reach)) return false;
+  OccludedFan occluded(tree, *picture, ends, rays, hidden, fan);
   counted(counts, [&](auto tally) HWY_ATTR { Fan(tree, *picture, fan, occluded, tally).run(); });
   return true;
 }

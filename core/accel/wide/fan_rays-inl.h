@@ -39,13 +39,20 @@ class ClosestFan {
     const U16 u;
     const auto one = hn::Set(f, 1.0F), nearest = hn::Set(f, FanRays::kNearest), endless = hn::Set(f, kInfinity);
     const auto own = hn::Set(u, object);
+    constexpr float farthest = 1 / FanRays::kNearest;
     for (std::size_t i = 0; i < fan.count; i += kLanes16) {
       const KnownHits known(hits + i);
+      hn::Store(known.t, f, best_t_ + i);
+      hn::Store(hn::Zero(I16()), I16(), place_ + i);
+      if (hn::AllTrue(f, hn::Eq(known.t, endless))) {  // what follows, of rays that have hit nothing: most
+        hn::Store(hn::Zero(I16()), I16(), best_triangle_ + i);
+        hn::Store(hn::Set(f, farthest * kLess), f, fan.least + i);
+        hn::Store(hn::Set(f, farthest * kMore), f, fan.sure + i);
+        continue;
+      }
       // At infinity no triangle is hit; at another object's hit, if that comes later.
       const auto open = hn::Or(hn::RebindMask(u, hn::Eq(known.t, endless)), hn::Lt(known.object, own));
       const auto number = hn::IfThenElse(hn::Eq(known.object, own), known.primitive, hn::Set(u, kAny));
-      hn::Store(known.t, f, best_t_ + i);
-      hn::Store(hn::Zero(I16()), I16(), place_ + i);
       hn::Store(hn::BitCast(I16(), hn::IfThenZeroElse(open, number)), I16(), best_triangle_ + i);
       const auto depth = hn::Min(hn::Mul(known.t, hn::Load(f, fan.along + i)), nearest);
       const auto near = hn::Min(hn::Div(one, depth), nearest);

@@ -25,6 +25,15 @@ std::string text_of(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+std::vector<proto::FieldError> places(const json& document, const char* key) {
+  std::vector<proto::FieldError> out;
+  const auto list = document.find(key);
+  if (list == document.end() || !list->is_array()) return out;
+  for (const json& place : *list)
+    if (place.is_object()) out.push_back({text_of(place, "pointer"), text_of(place, "detail")});
+  return out;
+}
+
 /// What a refusal says: its problem document, or the bare status when whatever answered sends none.
 Failure refusal(const HttpResponse& response) {
   std::string message = "HTTP status " + std::to_string(response.status);
@@ -35,11 +44,7 @@ Failure refusal(const HttpResponse& response) {
     const std::string detail = text_of(problem, "detail");
     if (!title.empty()) message = title;
     if (!detail.empty()) message += ": " + detail;
-    if (const auto list = problem.find("errors"); list != problem.end() && list->is_array()) {
-      for (const json& error : *list) {
-        if (error.is_object()) errors.push_back({text_of(error, "pointer"), text_of(error, "detail")});
-      }
-    }
+    errors = places(problem, "errors");
   }
   if (!response.retry_after.empty()) message += " (try again in " + response.retry_after + " s)";
   return {Failure::Kind::refused, message, std::move(errors)};
@@ -80,6 +85,11 @@ proto::JobStatus Client::submit(const json& job) const {
   return status_of(
       parse(call({.method = "POST", .target = "/v1/jobs", .content_type = "application/json", .body = std::move(text)}),
             "job status"));
+}
+
+std::vector<proto::FieldError> Client::warnings(const proto::ContentHash& scene) const {
+  const json answer = parse(call({.method = "GET", .target = "/v1/scenes/" + scene}), "scene");
+  return answer.is_object() ? places(answer, "warnings") : std::vector<proto::FieldError>();
 }
 
 proto::JobStatus Client::status(const std::string& id) const {

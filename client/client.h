@@ -9,6 +9,7 @@
 
 #include "client/http.h"
 #include "proto/wire/job_status.h"
+#include "proto/wire/problem.h"
 #include "proto/wire/sha256.h"
 
 namespace tessera::client {
@@ -31,6 +32,9 @@ class Client {
 
   /// Submits a job document.
   proto::JobStatus submit(const nlohmann::json& job) const;
+
+  /// What the server left out of a scene, or didn't understand, and where.
+  std::vector<proto::FieldError> warnings(const proto::ContentHash& scene) const;
 
   proto::JobStatus status(const std::string& id) const;
 

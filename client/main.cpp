@@ -41,6 +41,7 @@ ExitCode run(int argc, char** argv) {
   tool.footer(kExitCodes);
   tool.require_subcommand(1);
   tool.fallthrough();
+  tool.set_version_flag("--version", TESSERA_VERSION);
 
   Session session;
   tool.add_option("--server", session.server_url, "The server's URL")->envname("TESSERA_SERVER")->capture_default_str();
@@ -58,6 +59,10 @@ ExitCode run(int argc, char** argv) {
     tool.parse(argc, argv);
     return session.exit_code;
   } catch (const CLI::ParseError& e) {
+    if (const auto left = tool.remaining(); tool.get_subcommands().empty() && !left.empty()) {
+      std::cerr << "tessera: there is no command '" << left.front() << "'; 'tessera --help' lists those there are\n";
+      return ExitCode::usage;
+    }
     return tool.exit(e) == 0 ? ExitCode::ok : ExitCode::usage;
   } catch (const Failure& failure) {
     std::cerr << "tessera: " << failure.what() << "\n";

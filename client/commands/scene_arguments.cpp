@@ -1,5 +1,6 @@
 #include "client/commands/scene_arguments.h"
 
+#include <algorithm>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
@@ -13,14 +14,22 @@ namespace tessera::client {
 namespace {
 
 /// The server knows an uploaded file by its hash alone; the user knows it by its path.
-Failure with_paths_for_hashes(const Failure& failure, const std::vector<LocalFile>& files) {
-  std::vector<proto::FieldError> errors = failure.errors();
-  for (auto& [pointer, detail] : errors) {
+std::vector<proto::FieldError> with_paths_for_hashes(std::vector<proto::FieldError> places,
+                                                     const std::vector<LocalFile>& files) {
+  for (auto& [pointer, detail] : places) {
     for (const LocalFile& file : files) {
       if (pointer.starts_with(file.hash)) pointer.replace(0, file.hash.size(), file.path.string());
     }
   }
-  return {failure.kind(), failure.what(), std::move(errors)};
+  return places;
+}
+
+/// The first few of them, which may be as many as a mesh has broken triangles.
+void print_warnings(const std::vector<proto::FieldError>& warnings) {
+  constexpr std::size_t kMost = 10;
+  for (std::size_t i = 0; i < std::min(kMost, warnings.size()); ++i)
+    std::cerr << "warning: " << warnings[i].pointer << ": " << warnings[i].detail << "\n";
+  if (warnings.size() > kMost) std::cerr << "warning: and " << warnings.size() - kMost << " more\n";
 }
 
 }  // namespace
@@ -66,12 +75,14 @@ proto::JobStatus SceneArguments::submit(const Client& client) const {
   const NamedFiles files = name_files_by_content(job, folder_of(scene));
   try {
     for (const LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
-    return client.submit(job);
+    const proto::JobStatus status = client.submit(job);
+    if (status.warnings > 0) print_warnings(with_paths_for_hashes(client.warnings(status.scene), files.to_upload));
+    return status;
   } catch (const Failure& failure) {
     if (failure.kind() != Failure::Kind::refused) throw;
     for (const std::string& path : files.left_to_server)
       std::cerr << "note: there is no file " << path << " here; it was left to the server to find\n";
-    throw with_paths_for_hashes(failure, files.to_upload);
+    throw Failure(failure.kind(), failure.what(), with_paths_for_hashes(failure.errors(), files.to_upload));
   }
 }
 

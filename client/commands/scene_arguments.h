@@ -18,7 +18,7 @@ struct SceneArguments {
 
   void add_to(CLI::App& command);
 
-  /// Uploads the files that the scene names, then submits the job.
+  /// Uploads the files that the scene names, then submits the job; tells the scene's warnings on stderr.
   proto::JobStatus submit(const Client& client) const;
 };
 

@@ -239,6 +239,16 @@ class Scenes(ClientTest):
         self.tessera("render", "triangle.obj", "-o", "grey.png", "--size", "32x32")
         self.assertNotEqual(self.read("red.png"), self.read("grey.png"))
 
+    def test_warnings_are_told_with_the_files_path(self):
+        self.write("meshes/triangle.obj", RED_TRIANGLE + "f 1 1 2\n")
+        self.write("meshes/colours.mtl", COLOURS)
+        self.write("scene.json", {"objects": [{"type": "file", "path": "meshes/triangle.obj"}]})
+        for command in (["render", "-o", "a.png"], ["submit"]):
+            done = self.tessera(*command, "scene.json", "--size", "8x8")
+            self.assertRegex(done.stderr, r"(?m)^warning: \S*meshes/triangle\.obj\S*: \S")
+            self.assertNotIn("sha256:", done.stderr)
+        self.assertNotIn("warning", self.tessera("submit", self.write("s.json", SPHERE)).stderr)
+
     def test_files_are_found_from_the_documents_folder(self):
         self.write("there/meshes/colours.mtl", COLOURS)
         self.write("there/meshes/triangle.obj", RED_TRIANGLE)
@@ -314,6 +324,8 @@ class Refusals(ClientTest):
         ):
             self.assertNotEqual(self.tessera(*arguments, code=USAGE).stderr, "", arguments)
         self.assertIn("Exit codes:", self.tessera("--help").stdout)
+        self.assertIn("no command 'paint'", self.tessera("paint", code=USAGE).stderr)
+        self.assertRegex(self.tessera("--version").stdout, r"^\d+\.\d+\.\d+\n$")
 
     def test_no_server(self):
         done = self.tessera("list", code=UNREACHABLE, server="http://127.0.0.1:1")

@@ -71,9 +71,10 @@ class Case {
  private:
   static Hit or_none(const std::optional<Hit>& hit) { return hit.value_or(Hit{}); }
 
-  /// What is known before the mesh is searched: nothing, or hits of others nearby.
+  /// What is known before the mesh is searched: nothing, as most often, or for some rays hits of others nearby.
   std::vector<Hit> known_before(const Rays& set) {
     std::vector<Hit> hits(set.rays.size());
+    if (random_.bits() % 2 == 0) return hits;
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const std::uint64_t kind = random_.bits() % 8;
       if (!set.hits[i] || kind > 4) continue;
@@ -211,6 +212,8 @@ class Case {
     };
     if (random_.bits() % 4 == 0) ray.t_max = beside();
     if (random_.bits() % 4 == 0) ray.t_min = beside();
+    if (random_.bits() % 16 == 0) ray.t_min = -std::abs(beside()) * static_cast<float>(random_.magnitude(-2, 6));
+    if (random_.bits() % 64 == 0) ray.t_min = -kInfinity;
   }
 
   std::vector<Rays> make_rays(int sets) {
@@ -488,13 +491,12 @@ TEST(WideKernels, AgreeWhereOneOfAFanIsNoRay) {
       }
 }
 
-/// The same of shadow rays: whatever one is, the others are told what lies on their way.
+/// The same of shadow rays. A kernel looks for itself whether all are rays, and the last stands for what a block lacks.
 TEST(WideKernels, AgreeWhereOneOfTheRaysToALampIsNone) {
-  const TriangleMesh mesh = icosphere(3);
-  const auto brute = make_accel(SceneBuilder().add(mesh).build(), {AccelKind::brute});
-  const auto wide = make_accel(SceneBuilder().add(mesh).build(), {AccelKind::wide});
+  const auto scene = SceneBuilder().add(icosphere(3)).build();
+  const auto brute = make_accel(scene, {AccelKind::brute});
+  const WideTree tree = build_wide(std::get<TriangleMesh>(scene->shapes[0]));
   const Vec3 lamp{0, 0, 8};
-  const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto breaks = std::to_array<void (*)(Ray&, float)>({
       [](Ray& ray, float with) { ray.origin.x = with; },
       [](Ray& ray, float with) { ray.origin.z = with; },
@@ -502,27 +504,63 @@ TEST(WideKernels, AgreeWhereOneOfTheRaysToALampIsNone) {
       [](Ray& ray, float with) { ray.direction.z = with; },
       [](Ray& ray, float) { ray.direction = {}; },
       [](Ray& ray, float with) { ray.t_min = with; },
-      [](Ray& ray, float with) { ray.t_max = with; },
+      [](Ray& ray, float with) { ray.t_max = std::abs(with); },
       [](Ray& ray, float) { ray.t_min = ray.t_max; },
       [](Ray& ray, float) { ray.t_min = -1; },
       [](Ray& ray, float) { ray.t_max = 2; },
   });
-  for (const float with : {nan, kInfinity, -kInfinity})
-    for (const auto& break_with : breaks)
-      for (std::size_t place = 0; place < 32; ++place) {
-        std::vector<Ray> rays;
-        for (std::size_t i = 0; i < 32; ++i) {
-          const Vec3 from{0.15F * static_cast<float>(i % 4) - 1.75F, 0.08F * static_cast<float>(i / 4) - 0.3F, -5};
-          rays.push_back({from, lamp - from, 0, 0.99F});
-        }
-        break_with(rays[place], with);
-        std::vector<std::uint8_t> hidden(rays.size());
-        wide->occluded_fan(lamp, rays, hidden);
-        EXPECT_NE(std::ranges::count(hidden, 0), 0);
-        EXPECT_NE(std::ranges::count(hidden, 1), 0);
-        for (std::size_t i = 0; i < rays.size(); ++i)
-          ASSERT_EQ(hidden[i], brute->occluded(rays[i])) << with << " at " << place << ", ray " << i;
+  for (const WideKernels* kernels : runnable_wide_kernels()) {
+    const WideAccel wide(scene, {AccelKind::wide}, *kernels);
+    for (const std::size_t size : {17, 32, 33}) {
+      std::vector<Ray> whole;
+      for (std::size_t i = 0; i < size; ++i) {
+        const Vec3 from{0.15F * static_cast<float>(i % 4) - 1.75F, 0.08F * static_cast<float>(i / 4) - 0.3F, -5};
+        whole.push_back({from, lamp - from, 0, 0.99F});
       }
+      std::vector<std::uint8_t> hidden(size);
+      ASSERT_TRUE(kernels->occluded_fan(tree, 0, lamp, whole, hidden, nullptr)) << kernels->name;
+      for (const float with : {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity})
+        for (const auto& break_with : breaks)
+          for (std::size_t place = 0; place < size; ++place) {
+            std::vector<Ray> rays = whole;
+            break_with(rays[place], with);
+            std::ranges::fill(hidden, 0);
+            ASSERT_FALSE(kernels->occluded_fan(tree, 0, lamp, rays, hidden, nullptr)) << kernels->name << " " << place;
+            wide.occluded_fan(lamp, rays, hidden, {});
+            EXPECT_NE(std::ranges::count(hidden, 0), 0);
+            EXPECT_NE(std::ranges::count(hidden, 1), 0);
+            for (std::size_t i = 0; i < size; ++i)
+              ASSERT_EQ(hidden[i], brute->occluded(rays[i])) << kernels->name << ", " << with << " at " << place;
+          }
+    }
+  }
+}
+
+/// Most blocks lie outside an edge of a wall, some astride it; what stands before and behind crosses it.
+TEST(WideKernels, AgreeOnWallsThatBlocksLieBeside) {
+  Random random(3);
+  for (int round = 0; round < 60; ++round) {
+    TriangleMesh mesh;
+    for (int wall = 0; wall < 4; ++wall) {
+      const double far = random.uniform(5, 9), size = random.uniform(1, 6);
+      const auto corner = [&] { return random.in_cube() * size + Vec3d{0, 0, -far}; };
+      add(mesh, corner(), corner(), corner());
+    }
+    const auto brute = make_accel(SceneBuilder().add(mesh).build(), {AccelKind::brute});
+    const WideTree tree = build_wide(mesh);
+    Directions directions;
+    for (int i = 0; i < static_cast<int>(kFanRays); ++i) {
+      const int block = i / 16, x = block % 8 * 4 + i % 4, y = block / 8 * 4 + i % 16 / 4;
+      directions.push_back({0.05F * static_cast<float>(x - 16), 0.05F * static_cast<float>(y - 16), -1});
+    }
+    const RayFan fan({0, 0, 0}, directions);
+    for (const WideKernels* kernels : runnable_wide_kernels()) {
+      std::vector<Hit> hits(fan.size());
+      ASSERT_TRUE(kernels->closest_fan(tree, 0, fan, hits, nullptr));
+      for (std::size_t i = 0; i < fan.size(); ++i)
+        ASSERT_EQ(hits[i], brute->closest(fan.ray(i)).value_or(Hit{})) << kernels->name << ", ray " << i;
+    }
+  }
 }
 
 /// Each ray meets six triangles of its own, in any order.

@@ -99,8 +99,8 @@ class ExactQueue {
     ++count_;
   }
 
-  /// Tests the pairs, and calls `tested(ray, is_hit, t, triangle)` for each: whether, and where, it hits within the
-  /// ray's interval. No branch depends on which do, since that can't be guessed.
+  /// Tests the pairs, and calls `tested(ray, is_hit, t, triangle)` for each: whether it hits within the ray's interval,
+  /// and where; t means nothing otherwise. No branch in here depends on which do, since that can't be guessed.
   template <typename Counter, typename OnTest>
   HWY_INLINE void empty(Counter tally, OnTest&& tested) {
     const D8Float f;

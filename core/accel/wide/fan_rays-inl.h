@@ -243,7 +243,8 @@ class ClosestFan {
   std::uint32_t found_[kBlocks] = {};  ///< Rays that hit something less than what they came with: bits.
 };
 
-/// Rays that lead to one point, part by part; the last stands in for those that a block lacks.
+/// Rays that lead to one point, part by part; the last stands in for those that a block lacks. Precondition: there are
+/// some, `kFanRays` at most.
 struct RaysToPoint {
   HWY_INLINE RaysToPoint(Vec3 apex, std::uint32_t object, std::span<const Ray> rays)
       : count(whole_blocks(rays.size())) {
@@ -278,7 +279,7 @@ struct RaysToPoint {
   alignas(64) float direction[3][kFanRays], begin[kFanRays], end[kFanRays];  ///< The ends are t_min and t_max.
   alignas(64) std::uint32_t left[kFanRays];
   /// How far, along an axis, they lead past the point at most; infinite where one has no finite origin or direction, no
-  /// interval, or may hit what lies behind its origin or beyond where it leads.
+  /// interval, or may hit what lies behind its origin or beyond where it leads. Zero directions no picture can hold.
   double off;
 };
 

@@ -7,7 +7,6 @@
 #endif
 
 #include <algorithm>
-#include <cstring>
 #include <optional>
 
 #include <hwy/cache_control.h>
@@ -20,7 +19,6 @@ namespace tessera::HWY_NAMESPACE {
 
 /// A leaf's rows (see `WideTree`).
 struct Leaf {
-  Leaf() = default;
   HWY_INLINE Leaf(const WideTree& tree, std::uint32_t leaf)
       : count(WideChild::count(leaf)),
         rows(reinterpret_cast<const float*>(tree.leaves.data() + std::size_t{4} * WideChild::at(leaf))) {}
@@ -91,8 +89,8 @@ struct LeafTriangles {
   /// less than 48uAM + 60uAd|e|. 64uA(M + d|e|) is allowed for, or more: a limit that isn't `kStop` is t_min at least,
   /// so that |limit| ≤ limit + 2|t_min|.
   ///
-  /// A triangle that the ray leaves is then out, too: the ray makes more than 160u with it, many times the roundings of
-  /// its direction, and does run away from it.
+  /// A triangle that the ray leaves is then out, too: the ray makes more than 160u with it, which is more than
+  /// its direction was rounded by (see `Transform::from_rows`), and does run away from it.
   ///
   /// With d from 2^-40 to 2^40 and M to 2^41 what underflows is less than what is added against it, and nothing but the
   /// depth's bounds overflows: a slack that does rules out nothing, and where e·sum alone does, no depth reaches that

@@ -7,9 +7,11 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
+#include "core/accel/wide/wide_kernels.h"
 #include "core/accel/wide/wide_ray-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -99,8 +101,8 @@ struct FanRays {
 };
 
 /// The picture of rays that leave the apex (`away` is 1) or lead to it (−1); fills in `fan` but for what is known of
-/// the rays' hits. Nothing where they point so far apart that one picture can't hold them, where one isn't traceable,
-/// or where the scale is so small or large that a float's range gets in the way.
+/// the rays' hits. Nothing where they point so far apart that one picture can't hold them, where a direction is zero or
+/// not finite, or where the scale is so small or large that a float's range gets in the way.
 inline std::optional<Picture> take_picture(const TreeFrame& frame, Vec3 apex, float away, FanRays& fan) {
   constexpr float kLeastReach = 0x1p-60F, kMostReach = 0x1p60F;
   Picture out;

@@ -73,7 +73,7 @@ class RayStream {
 
   /// The octants take turns, a list at a time: what one has asked memory for arrives while the others are served.
   HWY_INLINE void run() {
-    setup();
+    begin();
     for (bool any = true; any;) {
       any = false;
       for (std::uint32_t octant = 0; octant < 8; ++octant) {
@@ -99,7 +99,7 @@ class RayStream {
   using U16 = StreamMemory::U16;
   static constexpr std::size_t kLanes = StreamMemory::kLanes;
 
-  HWY_INLINE void setup() {
+  HWY_INLINE void begin() {
     for (Group& group : groups_) {
       group.waiting = 0;
       if (group.rays.size() < rays_.size() + kLanes) group.rays.resize(rays_.size() + kLanes);
@@ -188,7 +188,6 @@ class RayStream {
   HWY_INLINE void visit_leaf(const Group& group, const List& list) {
     const Leaf leaf(tree_, list.child);
     const std::uint32_t* const members = group.rays.data() + list.first;
-    // Precondition: a leaf isn't empty.
     for (std::size_t first = 0; first < leaf.count; first += kLanes8) {
       const LeafTriangles triangles(leaf, first);
       for (std::size_t k = 0; k < list.count; ++k) {
@@ -229,8 +228,8 @@ class RayStream {
   ExactQueue queue_;
 };
 
-/// Traces rays in streams of the size that fits. Each thread keeps the memory: half a megabyte asked for anew with
-/// every batch costs threads other than the first a page fault for each of its pages.
+/// Traces rays in streams of the size that fits. Each thread keeps the memory: a third of a megabyte asked for anew
+/// with every batch costs threads other than the first a page fault for each of its pages.
 template <typename Counter, typename OnTest>
 HWY_INLINE void stream_rays(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
                             std::span<float> limits, Counter tally, OnTest&& on_test) {

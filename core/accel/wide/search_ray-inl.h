@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -57,7 +58,8 @@ HWY_INLINE std::uint32_t octant_of(Vec3 direction) {
                                     std::signbit(direction.z) << 2);
 }
 
-/// Rays' parts side by side, as many rays as `D` has lanes. The last stands in for those that are missing.
+/// Rays' parts side by side, as many rays from `first` on as `D` has lanes. The last of all stands in for those that
+/// are missing. Precondition: there are rays.
 template <typename D>
 struct RayLanes {
   static constexpr std::size_t kLanes = hn::MaxLanes(D());
@@ -117,10 +119,12 @@ struct alignas(64) SearchRay {
   std::uint32_t left;  ///< The triangle that the ray leaves.
   std::uint32_t axis;  ///< Of the direction, the longest.
 };
-static_assert(sizeof(SearchRay) == 16 * sizeof(float) && std::is_trivially_copyable_v<SearchRay>);
+static_assert(sizeof(SearchRay) == 64 && std::is_trivially_copyable_v<SearchRay>);
+static_assert(offsetof(SearchRay, near_start) == 16 && offsetof(SearchRay, far_start) == 32 &&
+              offsetof(SearchRay, stray_by_t) == 48 && offsetof(SearchRay, axis) == 60);
 
-/// Sets up rays from `first` on, as many as `D` has lanes, for an object with this tree: writes those that there are,
-/// and for each lane its octant.
+/// Sets up rays from `first` on, as many as `D` has lanes, for an object with this tree: of ray i that there is,
+/// `out[i]`, and for each lane an octant. Precondition: `first` is one of the rays, and all are traceable.
 template <typename D>
 HWY_INLINE void set_up(D f, const TreeFrame& frame, std::uint32_t object, std::span<const Ray> rays, std::size_t first,
                        SearchRay* out, std::uint32_t (&octants)[hn::MaxLanes(D())]) {
@@ -169,7 +173,7 @@ HWY_INLINE void set_up(D f, const TreeFrame& frame, std::uint32_t object, std::s
   const auto axis = hn::IfThenElse(hn::RebindMask(whole, hn::Gt(of_two, size[2])), one_or_none, hn::Set(whole, 2));
 
   const auto is_down = [&](int i) HWY_ATTR { return hn::ShiftRight<31>(hn::BitCast(whole, d[i])); };
-  hn::Store(hn::Or(is_down(0), hn::Or(hn::ShiftLeft<1>(is_down(1)), hn::ShiftLeft<2>(is_down(2)))), whole, octants);
+  hn::StoreU(hn::Or(is_down(0), hn::Or(hn::ShiftLeft<1>(is_down(1)), hn::ShiftLeft<2>(is_down(2)))), whole, octants);
 
   alignas(64) float quads[4][4 * RayLanes<D>::kLanes];
   hn::StoreInterleaved4(inverse[0], inverse[1], inverse[2], t_min, f, quads[0]);
@@ -179,6 +183,14 @@ HWY_INLINE void set_up(D f, const TreeFrame& frame, std::uint32_t object, std::s
   for (std::size_t i = first; i < std::min(first + RayLanes<D>::kLanes, rays.size()); ++i)
     for (std::size_t quad = 0; quad < 4; ++quad)
       std::memcpy(reinterpret_cast<char*>(out + i) + 16 * quad, quads[quad] + 4 * (i - first), 16);
+}
+
+/// The same for one ray; its octant.
+HWY_INLINE std::uint32_t set_up(const TreeFrame& frame, std::uint32_t object, const Ray& ray, SearchRay& out) {
+  const hn::CappedTag<float, 4> f;
+  std::uint32_t octants[hn::MaxLanes(f)];
+  set_up(f, frame, object, {&ray, 1}, 0, &out, octants);
+  return octants[0];
 }
 
 }  // namespace tessera::HWY_NAMESPACE

@@ -16,11 +16,7 @@ namespace tessera::HWY_NAMESPACE {
 class SingleRay {
  public:
   SingleRay(const WideTree& tree, const TreeFrame& frame, std::uint32_t object, const Ray& ray)
-      : tree_(tree), frame_(frame), ray_(ray), octant_(octant_of(ray.direction)), rows_(octant_) {
-    const hn::CappedTag<float, 4> f;
-    std::uint32_t octants[hn::MaxLanes(f)];
-    set_up(f, frame, object, {&ray, 1}, 0, &search_, octants);
-  }
+      : tree_(tree), frame_(frame), ray_(ray), octant_(set_up(frame, object, ray, search_)), rows_(octant_) {}
 
   /// Calls `hit(t, triangle)` for hits within the ray's interval at t ≤ limit; it returns the new limit, or `kStop`.
   template <typename Counter, typename OnHit>

@@ -7,6 +7,7 @@
 #endif
 
 #include "core/accel/wide/exact-inl.h"
+#include "core/accel/wide/wide_kernels.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {

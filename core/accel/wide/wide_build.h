@@ -11,7 +11,7 @@ namespace tessera {
 inline constexpr std::uint32_t kWideVersion = 3;
 
 struct WideBuildOptions {
-  /// Most triangles in a leaf, 1 to 8. With 8 large meshes trace fastest, and take 45 bytes a triangle.
+  /// Most triangles in a leaf, 1 to 8. With 8 large meshes trace fastest, and take 44 bytes a triangle.
   std::uint32_t leaf_size = 8;
   unsigned threads = 0;  ///< 0: as many as the machine has. The tree doesn't depend on it.
   /// Whether triangles are cut where the boxes of long ones are in each other's way: up to 30% more of them in leaves.

@@ -14,7 +14,7 @@ namespace tessera {
 inline constexpr std::size_t kFanRays = 1024;
 
 /// How rays are led through the `WideTree` of an object's mesh, compiled for one instruction set; all find the same
-/// hits. Rays are in the mesh's own space, and traceable but for `closest_fan`'s. `counts` is null, and counting costs
+/// hits. Rays are in the mesh's own space, and traceable but for the fans'. `counts` is null, and counting costs
 /// nothing, where nobody asks. Pure and safe from any number of threads.
 struct WideKernels {
   const char* name;  ///< Highway's for the instruction set.

@@ -24,12 +24,16 @@ std::vector<proto::FieldError> with_paths_for_hashes(std::vector<proto::FieldErr
   return places;
 }
 
-/// The first few of them, which may be as many as a mesh has broken triangles.
-void print_warnings(const std::vector<proto::FieldError>& warnings) {
+/// Tells the first few of a job's warnings, which may be as many as a mesh has broken triangles. The job runs whether
+/// they can be had or not.
+void print_warnings(const Client& client, const proto::JobStatus& job, const std::vector<LocalFile>& files) try {
   constexpr std::size_t kMost = 10;
+  const std::vector<proto::FieldError> warnings = with_paths_for_hashes(client.warnings(job.scene), files);
   for (std::size_t i = 0; i < std::min(kMost, warnings.size()); ++i)
     std::cerr << "warning: " << warnings[i].pointer << ": " << warnings[i].detail << "\n";
   if (warnings.size() > kMost) std::cerr << "warning: and " << warnings.size() - kMost << " more\n";
+} catch (const Failure& failure) {
+  std::cerr << "warning: there are " << job.warnings << ", which the server doesn't tell: " << failure.what() << "\n";
 }
 
 }  // namespace
@@ -76,7 +80,7 @@ proto::JobStatus SceneArguments::submit(const Client& client) const {
   try {
     for (const LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
     const proto::JobStatus status = client.submit(job);
-    if (status.warnings > 0) print_warnings(with_paths_for_hashes(client.warnings(status.scene), files.to_upload));
+    if (status.warnings > 0) print_warnings(client, status, files.to_upload);
     return status;
   } catch (const Failure& failure) {
     if (failure.kind() != Failure::Kind::refused) throw;

@@ -1,5 +1,6 @@
 """The real client against the real daemon."""
 
+import http.server
 import json
 import os
 import pty
@@ -8,6 +9,7 @@ import select
 import signal
 import subprocess
 import tempfile
+import threading
 import unittest
 
 from daemon import ENDED, Daemon
@@ -248,6 +250,32 @@ class Scenes(ClientTest):
             self.assertRegex(done.stderr, r"(?m)^warning: \S*meshes/triangle\.obj\S*: \S")
             self.assertNotIn("sha256:", done.stderr)
         self.assertNotIn("warning", self.tessera("submit", self.write("s.json", SPHERE)).stderr)
+
+    def test_a_job_runs_whose_warnings_cant_be_had(self):
+        status = self.daemon.status(self.submit(SPHERE, "--size", "8x8"))
+
+        class ForgetsScenes(http.server.BaseHTTPRequestHandler):
+            def do_POST(self):
+                self.rfile.read(int(self.headers["Content-Length"]))
+                answer = json.dumps({**status, "warnings": 3}).encode()
+                self.send_response(201)
+                self.send_header("Content-Length", str(len(answer)))
+                self.end_headers()
+                self.wfile.write(answer)
+
+            def do_GET(self):
+                self.send_error(404)
+
+            def log_message(self, *_):
+                pass
+
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), ForgetsScenes) as server:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            url = f"http://127.0.0.1:{server.server_port}"
+            done = self.tessera("submit", self.write("s.json", SPHERE), server=url)
+            server.shutdown()
+        self.assertEqual(done.stdout.strip(), status["id"])
+        self.assertIn("warning: there are 3, which the server doesn't tell: ", done.stderr)
 
     def test_files_are_found_from_the_documents_folder(self):
         self.write("there/meshes/colours.mtl", COLOURS)

@@ -1,6 +1,7 @@
 #include "core/accel/scene_items.h"
 
 #include <algorithm>
+#include <span>
 
 #include "core/bounds/box_bound.h"
 #include "core/bounds/hull_bound.h"
@@ -32,13 +33,22 @@ Outline corners(const Aabb& box) {
   return outline;
 }
 
+/// Whether the box of the object's shape, carried to the world, is a box there too: then no other fits better.
+bool is_known_by_box(const Object& object) {
+  if (!object.placement) return true;
+  for (int row = 0; row < 12; row += 4)
+    if (std::ranges::count(std::span(&object.placement->rows()[row], 3), 0.0) < 2) return false;
+  return true;
+}
+
 /// The shape's outline, with the points of its convex hull alone where it has many; `points_left` of the scene's
 /// allowance are reduced by what it brings.
-Outline shape_outline(const Shape& shape, BoundKind bound, std::size_t objects, std::size_t& points_left) {
+Outline shape_outline(const Shape& shape, const Aabb& box, BoundKind bound, std::size_t objects,
+                      std::size_t& points_left) {
   Outline seen = outline(shape);
   const bool are_few = seen.points.size() * objects <= kFewPoints || (bound == BoundKind::box && objects <= kFewBoxed);
   if (!are_few) HullBound().fit(seen);
-  if (seen.points.size() > points_left / objects) seen = corners(bounds(shape));
+  if (seen.points.size() > points_left / objects) seen = corners(box);
   points_left -= std::min(points_left, seen.points.size() * objects);
   return seen;
 }
@@ -46,29 +56,32 @@ Outline shape_outline(const Shape& shape, BoundKind bound, std::size_t objects, 
 std::vector<Outline> shape_outlines(const Scene& scene, const AccelOptions& options) {
   std::vector<Outline> outlines(scene.shapes.size());
   if (options.kind == AccelKind::brute) return outlines;
+  const std::span<const Aabb> boxes = local_bounds(scene);
   std::size_t points_left = kMostPoints;
   std::vector<std::size_t> uses(scene.shapes.size(), 0);
   for (const Object& object : scene.objects)
-    if (options.bound != BoundKind::box || object.placement) ++uses[object.shape];
+    if (options.bound != BoundKind::box || !is_known_by_box(object)) ++uses[object.shape];
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     if (uses[i] == 0) continue;
     outlines[i] = options.space == BoundSpace::object
-                      ? corners(bounds(scene.shapes[i]))
-                      : shape_outline(scene.shapes[i], options.bound, uses[i], points_left);
+                      ? corners(boxes[i])
+                      : shape_outline(scene.shapes[i], boxes[i], options.bound, uses[i], points_left);
   }
   return outlines;
 }
 
 std::vector<Aabb> object_boxes(const Scene& scene, const std::vector<Outline>& outlines) {
+  const std::span<const Aabb> local = local_bounds(scene);
   std::vector<Aabb> boxes;
   boxes.reserve(scene.objects.size());
   for (const Object& object : scene.objects) {
-    if (object.placement) {
-      Outline seen = world_outline(object, outlines[object.shape]);
-      boxes.push_back(BoxBound().fit(seen));
-    } else {
-      boxes.push_back(bounds(scene.shapes[object.shape]));
+    if (!object.placement) {
+      boxes.push_back(local[object.shape]);
+      continue;
     }
+    const bool by_box = is_known_by_box(object);
+    Outline seen = world_outline(object, by_box ? corners(local[object.shape]) : outlines[object.shape]);
+    boxes.push_back(BoxBound().fit(seen));
   }
   return boxes;
 }

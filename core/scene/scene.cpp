@@ -6,7 +6,7 @@
 namespace tessera {
 
 Aabb world_bounds(const Scene& scene, const Object& object) {
-  return world_bounds(object, bounds(scene.shapes[object.shape]));
+  return world_bounds(object, local_bounds(scene)[object.shape]);
 }
 
 Aabb world_bounds(const Object& object, const Aabb& local) {
@@ -60,17 +60,17 @@ Outline world_outline(const Object& object, const Outline& local) {
 }
 
 std::vector<Aabb> world_bounds(const Scene& scene) {
-  std::vector<Aabb> local, world;
-  local.reserve(scene.shapes.size());
+  const std::span<const Aabb> local = local_bounds(scene);
+  std::vector<Aabb> world;
   world.reserve(scene.objects.size());
-  for (const Shape& shape : scene.shapes) local.push_back(bounds(shape));
   for (const Object& object : scene.objects) world.push_back(world_bounds(object, local[object.shape]));
   return world;
 }
 
 std::size_t memory_bytes(const Scene& scene) {
-  std::size_t bytes = sizeof(Scene) + scene.shapes.size() * sizeof(Shape) + scene.objects.size() * sizeof(Object) +
-                      scene.materials.size() * sizeof(Material) + scene.lights.size() * sizeof(Light);
+  std::size_t bytes = sizeof(Scene) + scene.shapes.size() * (sizeof(Shape) + sizeof(Aabb)) +
+                      scene.objects.size() * sizeof(Object) + scene.materials.size() * sizeof(Material) +
+                      scene.lights.size() * sizeof(Light);
   for (const Shape& shape : scene.shapes)
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
       bytes += (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +

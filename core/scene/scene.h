@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "core/scene/camera.h"
 #include "core/scene/light.h"
 #include "core/scene/material.h"
+#include "core/scene/shape_boxes.h"
 
 namespace tessera {
 
@@ -42,7 +44,11 @@ struct Scene {
   Rgb background;
   std::optional<Camera> camera;  ///< The scene's own view; a job may bring another.
   std::vector<SceneWarning> warnings;
+  ShapeBoxes boxes;  ///< For `local_bounds`.
 };
+
+/// The boxes of the scene's shapes, each in its own space.
+inline std::span<const Aabb> local_bounds(const Scene& scene) { return scene.boxes.of(scene.shapes); }
 
 /// The box of a placed object in world space: empty for an empty shape; padded for the rounding of the placement
 /// itself, not for that of rays (core/bounds/cull_ray.h does that per ray).
@@ -54,7 +60,7 @@ Aabb world_bounds(const Object& object, const Aabb& local);
 /// An outline in the shape's own space, carried to the world like the object. Padded like its box.
 Outline world_outline(const Object& object, const Outline& local);
 
-/// The boxes of all objects, each shape being looked through once however many instances it has.
+/// The boxes of all objects.
 std::vector<Aabb> world_bounds(const Scene& scene);
 
 /// Bytes of heap that the scene holds, to a few percent.

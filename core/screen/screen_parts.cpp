@@ -56,7 +56,7 @@ std::vector<ScreenPart> screen_parts(const Scene& scene, const CameraRays& camer
     std::vector<Aabb>& boxes = of_shape[object.shape];
     if (boxes.empty()) {
       const Shape& shape = scene.shapes[object.shape];
-      boxes = divide(std::get<TriangleMesh>(shape), bounds(shape), kMostParts / divided);
+      boxes = divide(std::get<TriangleMesh>(shape), local_bounds(scene)[object.shape], kMostParts / divided);
     }
     const Transform::Error error = object.placement ? object.placement->error() : Transform::Error{};
     for (const Aabb& box : boxes) {

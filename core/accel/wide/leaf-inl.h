@@ -60,11 +60,15 @@ struct LeafTriangles {
   HWY_INLINE LeafTriangles(const Leaf& leaf, std::size_t first)
       : number(leaf.triangles(first)), valid((1U << std::min(kLanes8, leaf.count - first)) - 1) {
     const F8 f;
+    // What stands behind the last triangle's may be its number: denormal as a float, which some machines are slow with.
+    const auto is_there = hn::FirstN(f, leaf.count - first);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* const row = leaf.rows + axis * leaf.count + first;
-      a[axis] = hn::LoadU(f, row);
-      from_b[axis] = hn::Sub(a[axis], hn::LoadU(f, row + 3 * leaf.count));
-      to_c[axis] = hn::Sub(hn::LoadU(f, row + 6 * leaf.count), a[axis]);
+      const auto row = [&](std::size_t corner) HWY_ATTR {
+        return hn::IfThenElseZero(is_there, hn::LoadU(f, leaf.rows + (3 * corner + axis) * leaf.count + first));
+      };
+      a[axis] = row(0);
+      from_b[axis] = hn::Sub(a[axis], row(1));
+      to_c[axis] = hn::Sub(row(2), a[axis]);
     }
     cross(to_c, from_b, normal);
     const auto largest = [](const Vectors& v)

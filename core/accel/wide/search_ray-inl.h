@@ -143,7 +143,8 @@ HWY_INLINE void set_up(D f, const TreeFrame& frame, std::uint32_t object, std::s
     from[axis] = hn::Sub(of(lanes.origin[axis]), set(frame.center[axis]));
     reach = hn::Max(reach, hn::Add(hn::Abs(from[axis]), set(frame.half[axis])));
   }
-  const Vector off = hn::MulAdd(reach, set(8 * u * (1 + 8 * u)), set(8 * static_cast<float>(kDenormalStep)));
+  // Denormal numbers are added, never multiplied or fused, which some machines take a hundred cycles for.
+  const Vector off = hn::Add(hn::Mul(reach, set(8 * u * (1 + 8 * u))), set(8 * static_cast<float>(kDenormalStep)));
   const Vector of_two = hn::Max(size[0], size[1]), most = hn::Max(of_two, size[2]);
 
   Vector inverse[3], near_start[3], far_start[3];
@@ -154,7 +155,8 @@ HWY_INLINE void set_up(D f, const TreeFrame& frame, std::uint32_t object, std::s
         hn::Le(hn::Mul(hn::Mul(set(4.0F), reach), hn::Abs(over)), set(std::numeric_limits<float>::max()));
     inverse[axis] = hn::IfThenElseZero(in_range, over);
     const auto start = hn::Neg(hn::Mul(from[axis], inverse[axis]));
-    const auto slack = hn::MulAdd(hn::Add(off, off), hn::Abs(inverse[axis]), set(static_cast<float>(kDenormalSlack)));
+    const auto slack =
+        hn::Add(hn::Mul(hn::Add(off, off), hn::Abs(inverse[axis])), set(static_cast<float>(kDenormalSlack)));
     const auto pad = hn::IfThenElse(in_range, slack, set(kInfinity));
     near_start[axis] = hn::Sub(start, pad);
     far_start[axis] = hn::Add(start, pad);

@@ -61,7 +61,7 @@ struct LeafTriangles {
       : number(leaf.triangles(first)), valid((1U << std::min(kLanes8, leaf.count - first)) - 1) {
     const F8 f;
     // What stands behind the last triangle's may be its number: denormal as a float, which some machines are slow with.
-    const auto is_there = hn::FirstN(f, leaf.count - first);
+    const auto is_there = mask_of(f, valid);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto row = [&](std::size_t corner) HWY_ATTR {
         return hn::IfThenElseZero(is_there, hn::LoadU(f, leaf.rows + (3 * corner + axis) * leaf.count + first));

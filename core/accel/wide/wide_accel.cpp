@@ -31,9 +31,10 @@ constexpr std::size_t kFewForFans = 65, kFewForOthers = 8;
 /// what this costs grows with their number, and of many more it would be more than what it saves.
 constexpr std::size_t kFewToAsk = 4096;
 
-/// Rays that are worth a kernel's setting up for many at once. In a mesh of 100k triangles rays of all directions took
-/// 375 ns one by one; by 2, 16, 64 and 256 together 2158, 866, 553 and 373 ns each, by 1024 together 268.
-constexpr std::size_t kLeastStream = 256;
+/// Rays that are worth a kernel's setting up for many at once. In a mesh of 100k triangles those of a diffuse bounce
+/// took 304 ns one by one; by 16, 64, 256 and 1024 together 425, 234, 144 and 116 ns each. Rays of all directions took
+/// 485, and 662, 482, 385 and 421.
+constexpr std::size_t kLeastStream = 64;
 
 }  // namespace
 

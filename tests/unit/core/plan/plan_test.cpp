@@ -17,7 +17,7 @@ std::map<std::string, std::uint64_t> skips(const Plan& plan) {
 
 TEST(Plan, BuildsNothingForAHandfulAndATreeForMore) {
   EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), {}).accel.kind, AccelKind::brute);
-  EXPECT_EQ(make_plan(*mixed_scene(), mixed_camera(), {}).accel.kind, AccelKind::bvh);
+  EXPECT_EQ(make_plan(*mixed_scene(), mixed_camera(), {}).accel.kind, AccelKind::wide);
   Settings asked;
   asked.accel.kind = AccelKind::bvh;
   EXPECT_EQ(make_plan(*sparse_scene(), mixed_camera(), asked).accel.kind, AccelKind::bvh);

@@ -4,6 +4,9 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <set>
+#include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -37,8 +40,14 @@ std::string read_all(const std::string& scene) {
 
 json parse(const std::string& text, const std::string& scene) {
   const auto refuse = [&](const std::string& why) { throw Failure(Failure::Kind::local_file, scene + ": " + why); };
-  const auto guard = [&](int depth, json::parse_event_t, json&) {
+  std::vector<std::set<std::string>> keys;  // of the objects that are open: of repeated ones, only the last would stay
+  const auto guard = [&](int depth, json::parse_event_t event, json& parsed) {
+    using Event = json::parse_event_t;
     if (depth > kMaxDepth) refuse("nests deeper than " + std::to_string(kMaxDepth) + " levels");
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    if (event == Event::key && !keys.back().insert(parsed.get<std::string>()).second)
+      refuse("the key " + parsed.dump() + " stands more than once in one object; keep one");
     return true;
   };
   json document;

@@ -70,6 +70,9 @@ TEST_F(JobDocument, RefusesWhatIsNoDocument) {
   EXPECT_NE(refusal_of("[]").find("objects"), std::string::npos);
   EXPECT_NE(refusal_of("").find("isn't JSON"), std::string::npos);
   EXPECT_NE(refusal_of(std::string(200000, '[')).find("nests deeper"), std::string::npos);
+  EXPECT_NE(refusal_of(R"({"objects": [{"type": "sphere"}], "objects": []})").find("\"objects\" stands more than once"),
+            std::string::npos);
+  EXPECT_NO_THROW(job_document(write("same.json", R"({"lights": [{"a": {"a": 1}}, {"a": 2}], "a": 3})"), {}));
   EXPECT_THROW(job_document("/no/such/scene.json", {}), Failure);
   EXPECT_THROW(job_document("/no/such/mesh.ply", {}), Failure);
   EXPECT_THROW(job_document(folder_, {}), Failure);

@@ -1,8 +1,9 @@
 #include "server/wide_store.h"
 
-#include <cstring>
+#include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -20,9 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kPlenty = 1 << 30;
 
 bool same(const WideTree& a, const WideTree& b) {
-  const auto same_bytes = [](auto x, auto y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
-  };
+  const auto same_bytes = [](auto x, auto y) { return std::ranges::equal(std::as_bytes(x), std::as_bytes(y)); };
   return a.root == b.root && same_bytes(a.nodes, b.nodes) && same_bytes(a.leaves, b.leaves) &&
          a.stats.bytes == b.stats.bytes && a.stats.nodes == b.stats.nodes && a.stats.leaves == b.stats.leaves &&
          a.stats.depth == b.stats.depth;

@@ -61,7 +61,7 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   size("--structure-cache", config.structure_cache, "Built structures to keep");
   flag("--structure-dir", paths.structure_dir,
        "Folder where hierarchies of meshes are kept for the next start, and for other daemons; none without it");
-  size("--max-structure-dir", config.max_structure_dir, "Files in that folder together; the longest unused go");
+  size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go");
   flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image");
   flag("--max-samples", config.documents.max_samples, "Most samples of an image");
   size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene");

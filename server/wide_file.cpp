@@ -119,7 +119,8 @@ void write_wide_file(const std::filesystem::path& path, const std::string& key, 
 }
 
 std::optional<WideTree> map_wide_file(const std::filesystem::path& path, const std::string& key) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // Without O_NONBLOCK a pipe of that name would wait for somebody to write to it.
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file && errno == ENOENT) return std::nullopt;
   struct stat status;
   if (!file || ::fstat(file.value(), &status) != 0)

@@ -1,6 +1,8 @@
 #include "server/wide_store.h"
 
 #include <algorithm>
+#include <cctype>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -8,10 +10,22 @@
 #include <spdlog/spdlog.h>
 
 #include "core/accel/wide/wide_build.h"
+#include "server/received_file.h"
 #include "server/wide_file.h"
 
 namespace tessera::server {
 namespace fs = std::filesystem;
+
+namespace {
+
+/// Whether a daemon has put it there, whole or half-written. What else lies in the folder isn't ours to remove.
+bool is_ours(const fs::path& path) {
+  const std::string name = path.filename().string();
+  const auto is_digit = [](unsigned char c) { return std::isxdigit(c) != 0; };
+  return name.starts_with(kReceivedFilePrefix) || (name.size() == 64 && std::ranges::all_of(name, is_digit));
+}
+
+}  // namespace
 
 WideStore::WideStore(fs::path folder, std::uint64_t limit) : folder_(std::move(folder)), limit_(limit) {
   fs::create_directories(folder_);
@@ -52,7 +66,7 @@ void WideStore::evict() const {
   for (const auto& entry : fs::directory_iterator(folder_)) {
     std::error_code gone, unsized;
     const File file{entry.last_write_time(gone), entry.file_size(unsized), entry.path()};
-    if (gone || unsized) continue;
+    if (gone || unsized || !is_ours(entry.path())) continue;
     sum += file.bytes;
     files.push_back(file);
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "core/accel/wide/wide_build.h"
 #include "server/wide_file.h"
@@ -96,6 +97,9 @@ TEST_F(WideStoreTest, DoesWithoutADiskThatRefuses) {
   const WideStore store(folder(), kPlenty);
   fs::create_directory(file_of(mesh));
   EXPECT_TRUE(same(store.get(mesh).tree, build_wide(mesh))) << "a folder is in the way";
+  fs::remove(file_of(mesh));
+  ASSERT_EQ(::mkfifo(file_of(mesh).c_str(), 0600), 0);
+  EXPECT_TRUE(same(store.get(mesh).tree, build_wide(mesh))) << "a pipe is in the way";
   fs::remove_all(folder());
   EXPECT_TRUE(same(store.get(mesh).tree, build_wide(mesh))) << "it is gone";
 }
@@ -113,9 +117,14 @@ TEST_F(WideStoreTest, DropsWhatWasUsedLongestAgo) {
   EXPECT_FALSE(fs::exists(file_of(b)));
   EXPECT_TRUE(finds(a, limit));
   EXPECT_TRUE(finds(c, limit));
+  std::ofstream(folder() / "thesis.pdf") << std::string(limit, 'x');
+  fs::last_write_time(folder() / "thesis.pdf", hours_ago(3));
+  EXPECT_FALSE(finds(b, limit));
+  EXPECT_TRUE(fs::exists(folder() / "thesis.pdf")) << "not a hierarchy";
+  EXPECT_TRUE(finds(b, limit));
   EXPECT_FALSE(finds(icosphere(4), limit));
   EXPECT_FALSE(fs::exists(file_of(icosphere(4)))) << "larger than all that is kept";
-  EXPECT_TRUE(finds(a, limit));
+  EXPECT_TRUE(finds(b, limit));
 }
 
 TEST_F(WideStoreTest, WhatIsMappedOutlivesItsFile) {

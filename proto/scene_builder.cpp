@@ -9,8 +9,8 @@ constexpr std::uint32_t kUnused = 0xFFFFFFFF;
 
 std::uint64_t shape_bytes(const Shape& shape) {
   const auto* mesh = std::get_if<TriangleMesh>(&shape);
-  if (mesh == nullptr) return sizeof(Shape);
-  return sizeof(Shape) + (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +
+  if (mesh == nullptr) return sizeof(Shape) + sizeof(Aabb);
+  return sizeof(Shape) + sizeof(Aabb) + (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +
          mesh->triangles.size() * sizeof(TriangleIndices);
 }
 

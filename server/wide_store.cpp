@@ -1,7 +1,6 @@
 #include "server/wide_store.h"
 
 #include <algorithm>
-#include <cctype>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -10,7 +9,6 @@
 #include <spdlog/spdlog.h>
 
 #include "core/accel/wide/wide_build.h"
-#include "server/received_file.h"
 #include "server/wide_file.h"
 
 namespace tessera::server {
@@ -18,12 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Whether a daemon has put it there, whole or half-written. What else lies in the folder isn't ours to remove.
-bool is_ours(const fs::path& path) {
-  const std::string name = path.filename().string();
-  const auto is_digit = [](unsigned char c) { return std::isxdigit(c) != 0; };
-  return name.starts_with(kReceivedFilePrefix) || (name.size() == 64 && std::ranges::all_of(name, is_digit));
-}
+/// What else lies in the folder, uploads even, isn't ours to remove.
+constexpr const char* kExtension = ".wide";
 
 }  // namespace
 
@@ -34,9 +28,9 @@ WideStore::WideStore(fs::path folder, std::uint64_t limit) : folder_(std::move(f
 MadeTree WideStore::get(const TriangleMesh& mesh) const {
   const std::string key = wide_key(mesh);
   try {
-    if (auto tree = map_wide_file(folder_ / key, key)) return {*std::move(tree), true};
+    if (auto tree = map_wide_file(file_of(key), key)) return {*std::move(tree), true};
   } catch (const std::runtime_error& error) {
-    spdlog::warn("{}: {}; its mesh is built again", (folder_ / key).string(), error.what());
+    spdlog::warn("{}: {}; its mesh is built again", file_of(key).string(), error.what());
   }
   MadeTree made{build_wide(mesh)};
   keep(key, made.tree);
@@ -46,15 +40,16 @@ MadeTree WideStore::get(const TriangleMesh& mesh) const {
 void WideStore::keep(const std::string& key, const WideTree& tree) const {
   if (wide_file_bytes(tree) > limit_) return;
   try {
-    write_wide_file(folder_ / key, key, tree);
+    write_wide_file(file_of(key), key, tree);
     evict();
   } catch (const std::system_error& error) {  // A full disk, say.
     spdlog::warn("a mesh's hierarchy isn't kept: {}", error.what());
   }
 }
 
-/// What daemons have left half-written is a file like any other, and goes in its turn. Another daemon may remove files
-/// at the same time, so that one that is gone is no error.
+fs::path WideStore::file_of(const std::string& key) const { return folder_ / (key + kExtension); }
+
+/// Another daemon may remove files at the same time, so that one that is gone is no error.
 void WideStore::evict() const {
   struct File {
     fs::file_time_type used;
@@ -66,7 +61,7 @@ void WideStore::evict() const {
   for (const auto& entry : fs::directory_iterator(folder_)) {
     std::error_code gone, unsized;
     const File file{entry.last_write_time(gone), entry.file_size(unsized), entry.path()};
-    if (gone || unsized || !is_ours(entry.path())) continue;
+    if (gone || unsized || entry.path().extension() != kExtension) continue;
     sum += file.bytes;
     files.push_back(file);
   }

@@ -15,7 +15,8 @@ namespace tessera::server {
 /// logged, and no more than that. Safe to use from any number of threads.
 class WideStore {
  public:
-  /// Keeps files of `limit` bytes together in `folder`, which is made if it is missing; the longest unused go. Throws
+  /// Keeps files of `limit` bytes together in `folder`, which is made if it is missing; the longest unused go. Other
+  /// files in there are left alone: what an end at the wrong moment leaves half-written stays, too. Throws
   /// std::filesystem::filesystem_error when it can't be made.
   WideStore(std::filesystem::path folder, std::uint64_t limit);
 
@@ -25,6 +26,7 @@ class WideStore {
  private:
   void keep(const std::string& key, const WideTree& tree) const;
   void evict() const;
+  std::filesystem::path file_of(const std::string& key) const;
 
   const std::filesystem::path folder_;
   const std::uint64_t limit_;

@@ -33,7 +33,7 @@ Outline corners(const Aabb& box) {
   return outline;
 }
 
-/// Whether the box of the object's shape, carried to the world, is a box there too: then no other fits better.
+/// Whether the box of the object's shape, carried to the world, is a box there too: then points fit hardly better.
 bool is_known_by_box(const Object& object) {
   if (!object.placement) return true;
   for (int row = 0; row < 12; row += 4)

@@ -28,7 +28,7 @@ class ObjectItems final : public Items {
  public:
   /// With `BoundSpace::world` an instance is known by the points of its shape, with `BoundSpace::object` by the box of
   /// its shape in the shape's own space. Outlines are made only where the options ask for other bounds than boxes, or
-  /// for boxes around instances in the world.
+  /// for boxes around instances in the world that are turned; the others' are empty.
   ObjectItems(const Scene& scene, const AccelOptions& options);
 
   bool are_primitives() const override { return false; }

@@ -13,7 +13,7 @@ ShapeBoxes& ShapeBoxes::operator=(const ShapeBoxes& other) noexcept {
 
 std::span<const Aabb> ShapeBoxes::of(std::span<const Shape> shapes) const {
   const std::lock_guard lock(making_);
-  if (boxes_.empty()) {
+  if (boxes_.size() != shapes.size()) {
     const StrictFloats strict;  // whoever asks first
     std::vector<Aabb> boxes;
     boxes.reserve(shapes.size());

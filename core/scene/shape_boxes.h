@@ -17,7 +17,7 @@ class ShapeBoxes {
   ShapeBoxes& operator=(const ShapeBoxes& other) noexcept;
 
   /// One box for each of the shapes, in its own space; empty for a mesh without triangles. Precondition: they are those
-  /// of the first call. Valid as long as this is.
+  /// of the first call, unless there are more or fewer. Valid until then, and as long as this is.
   std::span<const Aabb> of(std::span<const Shape> shapes) const;
 
  private:

@@ -259,7 +259,8 @@ TEST(ParseScene, ObjectsAreLimited) {
 
 TEST(ParseScene, MemoryIsLimited) {
   Limits limits;
-  limits.max_scene_bytes = sizeof(Shape) + 4 * sizeof(Vec3) + 2 * sizeof(TriangleIndices) + 3 * sizeof(Object);
+  limits.max_scene_bytes =
+      sizeof(Shape) + sizeof(Aabb) + 4 * sizeof(Vec3) + 2 * sizeof(TriangleIndices) + 3 * sizeof(Object);
   EXPECT_EQ(only_error(kThreeInstances, limits), "accepted");
   --limits.max_scene_bytes;
   EXPECT_TRUE(only_error(kThreeInstances, limits).starts_with("/objects/2: The scene takes more than"));

@@ -31,7 +31,7 @@ bool same(const WideTree& a, const WideTree& b) {
 class WideStoreTest : public testing::Test {
  protected:
   fs::path folder() const { return temporary_.path() / "made" / "here"; }
-  fs::path file_of(const TriangleMesh& mesh) const { return folder() / wide_key(mesh); }
+  fs::path file_of(const TriangleMesh& mesh) const { return folder() / (wide_key(mesh) + ".wide"); }
 
   /// Whether a new daemon finds the mesh; what it has is what would be built, in any case.
   bool finds(const TriangleMesh& mesh, std::uint64_t limit = kPlenty) const {
@@ -117,10 +117,11 @@ TEST_F(WideStoreTest, DropsWhatWasUsedLongestAgo) {
   EXPECT_FALSE(fs::exists(file_of(b)));
   EXPECT_TRUE(finds(a, limit));
   EXPECT_TRUE(finds(c, limit));
-  std::ofstream(folder() / "thesis.pdf") << std::string(limit, 'x');
-  fs::last_write_time(folder() / "thesis.pdf", hours_ago(3));
+  const fs::path upload = folder() / wide_key(b);  // as blobs are named
+  std::ofstream(upload) << std::string(limit, 'x');
+  fs::last_write_time(upload, hours_ago(3));
   EXPECT_FALSE(finds(b, limit));
-  EXPECT_TRUE(fs::exists(folder() / "thesis.pdf")) << "not a hierarchy";
+  EXPECT_TRUE(fs::exists(upload)) << "not a hierarchy";
   EXPECT_TRUE(finds(b, limit));
   EXPECT_FALSE(finds(icosphere(4), limit));
   EXPECT_FALSE(fs::exists(file_of(icosphere(4)))) << "larger than all that is kept";

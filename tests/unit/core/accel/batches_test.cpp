@@ -1,6 +1,7 @@
 // What a structure says of many rays at once is what it says of each, for every kind.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace tessera {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr std::size_t kSizes[] = {0, 1, 15, 17, 257, 4097};
+constexpr std::size_t kSizes[] = {0, 1, 15, 17, 63, 64, 257, 4097};
 
 /// As many rays as the largest batch has, as a camera at `eye` sends them, or a little worse.
 std::vector<Ray> fan_from(Vec3 eye, Vec3 at, bool all_traceable, Random& random) {
@@ -178,7 +179,7 @@ TEST_P(BatchesOf, GiveWhatEachRayIsGivenAlone) {
     for (const Candidates among : {Candidates(), Candidates(some)}) batches.expect_closest(any, false, among);
     batches.expect_occluded(any, std::nullopt);
     std::erase_if(any, [](const Ray& ray) { return !is_traceable(ray); });
-    any.insert(any.end(), any.begin(), any.begin() + static_cast<std::ptrdiff_t>(kSizes[5] - any.size()));
+    any.insert(any.end(), any.begin(), any.begin() + static_cast<std::ptrdiff_t>(*std::rbegin(kSizes) - any.size()));
     for (const Candidates among : {Candidates(), Candidates(some)}) batches.expect_closest(any, false, among);
     batches.expect_occluded(any, std::nullopt);
     const Vec3 lamp = to_float(Vec3d{0.1, 0.2, -0.1} * size);  // with rays all around

@@ -46,6 +46,9 @@ TEST(ShapeBoxes, OfACopyAreItsOwn) {
   expect_own(copy);
   expect_own(assigned);
   expect_own(scene);
+
+  scene.shapes.push_back(grid_plane(2));
+  EXPECT_EQ(local_bounds(scene).size(), 2) << "while it is made, shapes may be added";
 }
 
 }  // namespace

@@ -71,8 +71,8 @@ Cost cost_of(AccelKind kind, const Level& level, bool of_primitives) {
     case AccelKind::wide:
       // Triangles are what it is wide over; it is a tree of boxes over objects, but goes through few of them with whole
       // batches, which pays where some are meshes. A third: rays at large. Whole tiles of camera and shadow rays cost
-      // less, a few rays into each of many small meshes more. Long triangles are split. Scenes of quadrics alone took
-      // 0.80 to 0.91 times as long as in a binary tree.
+      // less, a few rays into each of many small meshes more. Long triangles are split. Scenes of quadrics alone take
+      // 0.87 to 1.05 times as long as in a binary tree by `tests/bench structures`, whole jobs with their tiles less.
       if (!of_primitives) return {tree.build, (tree.walk + beside_boxes) * (level.is_few_with_meshes ? 1.0 / 3 : 0.85)};
       return {300 * level.items, kSetUp + (tree.walk + std::min(beside_boxes, beside_cells)) / 3};
     default:

@@ -52,8 +52,8 @@ std::string in_milliseconds(double seconds) {
 }
 
 /// The estimates are off by a fifth here and there, so something else has to promise this share of what the wide
-/// hierarchy of boxes costs: that one is led astray least by how a scene is made. Of 22 scenes jobs took 0.25 to 0.91
-/// times as long as with the binary one, those without a mesh too; by `tests/bench structures` one takes 1.05 times.
+/// hierarchy of boxes costs: that one is led astray least by how a scene is made. By `tests/bench
+/// structures` jobs take 0.33 to 0.69 times as long as with the binary one, 0.87 to 1.05 times where there is no mesh.
 constexpr double kClearly = 0.8;
 
 void choose_accel(Plan& plan, const Scene& scene, const Settings& settings) {

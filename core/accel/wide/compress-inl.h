@@ -44,6 +44,37 @@ HWY_INLINE hn::Vec<D> compress(D d, hn::Vec<D> lanes, hn::Mask<D> mask) {
 #endif
 }
 
+/// For each mask of kLanes lanes, how many are set below each.
+template <std::size_t kLanes>
+alignas(64) inline constexpr auto kSetBelow = [] {
+  std::array<std::array<std::uint8_t, kLanes>, std::size_t{1} << kLanes> all{};
+  for (std::size_t bits = 0; bits < all.size(); ++bits)
+    for (std::size_t lane = 0, below = 0; lane < kLanes; below += bits >> lane++ & 1)
+      all[bits][lane] = static_cast<std::uint8_t>(below);
+  return all;
+}();
+
+static_assert(kSetBelow<4>[0b1010] == std::array<std::uint8_t, 4>{0, 0, 1, 1});
+
+/// The reverse of `compress`: the first lanes, one for each lane in `mask`; what the others hold means nothing.
+template <typename D>
+HWY_INLINE hn::Vec<D> expand(D d, hn::Vec<D> lanes, hn::Mask<D> mask) {
+  static_assert(sizeof(hn::TFromD<D>) == 4);
+#if HWY_TARGET <= HWY_AVX3
+  const hn::RebindToUnsigned<D> u;
+  const auto bits = hn::BitCast(u, lanes);
+  if constexpr (hn::MaxLanes(d) == 16)
+    return hn::BitCast(d, hn::Vec<decltype(u)>{_mm512_maskz_expand_epi32(hn::RebindMask(u, mask).raw, bits.raw)});
+  else
+    return hn::BitCast(d, hn::Vec<decltype(u)>{_mm256_maskz_expand_epi32(hn::RebindMask(u, mask).raw, bits.raw)});
+#else
+  const hn::RebindToUnsigned<D> u;
+  static_assert(hn::MaxLanes(d) <= 8);
+  const auto below = hn::LoadU(hn::Rebind<std::uint8_t, D>(), kSetBelow<hn::MaxLanes(d)>[bits_of(d, mask)].data());
+  return hn::TableLookupLanes(lanes, hn::IndicesFromVec(d, hn::PromoteTo(u, below)));
+#endif
+}
+
 }  // namespace tessera::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif

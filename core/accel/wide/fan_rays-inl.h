@@ -9,8 +9,8 @@
 #include <algorithm>
 
 #include "core/accel/tally.h"
+#include "core/accel/wide/dense_rays-inl.h"
 #include "core/accel/wide/exact-inl.h"
-#include "core/accel/wide/picture-inl.h"
 #include "core/accel/wide/taken_triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,7 +23,8 @@ namespace tessera::HWY_NAMESPACE {
 class ClosestFan {
  public:
   static constexpr bool kLeave = false;      ///< Rays may leave triangles.
-  static constexpr bool kAsksBlocks = true;  ///< It pays to ask which blocks lie outside a large triangle.
+  static constexpr bool kAsksBlocks = true;  ///< It pays to ask which blocks lie outside a large triangle,
+  static constexpr bool kAsksRays = false;   ///< and at a node which have rays in an area, since blocks are compact.
 
   /// `hits` are as many as the fan's rays, those of rays that aren't looked for with t = 0.
   HWY_INLINE ClosestFan(const WideTree& tree, const Picture& picture, Vec3 origin, std::uint32_t object, Hit* hits,
@@ -64,29 +65,29 @@ class ClosestFan {
 
   bool can_take() const { return !triangles_.full(); }
 
-  /// Rays from `first` on, of which those in `mask` surely hit triangle i of a leaf, at a nearness between `low` and
-  /// `high`, and nothing so near before. Precondition: `can_take`.
-  HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>& low, const hn::Vec<F16>& high,
-                       const Leaf& leaf, std::size_t i) {
-    const F16 f;
-    const I16 whole;
-    const auto numbers = hn::RebindMask(whole, mask);
-    hn::BlendedStore(low, mask, f, fan_.least + first);
-    hn::BlendedStore(high, mask, f, fan_.sure + first);
-    hn::BlendedStore(hn::Set(whole, place(leaf, i)), numbers, whole, place_ + first);
-    taken_[first / kBlockRays] |= bits_of(f, mask) << first % kBlockRays;
-    fan_.raised |= Blocks{1} << (first / kBlockRays);
+  /// The least nearness that matters to rays that surely hit something at `low` or nearer.
+  static HWY_INLINE hn::Vec<F16> least_after(const hn::Vec<F16>& low) { return low; }
+
+  /// Where triangle i of a leaf is kept, and the others side by side with it. Precondition: `can_take`.
+  HWY_INLINE std::int32_t place(const Leaf& leaf, std::size_t i) {
+    if (leaf.rows != last_rows_) {
+      last_rows_ = leaf.rows;
+      last_place_ = triangles_.add(leaf, corner(leaf, 0));
+    }
+    return last_place_ + static_cast<std::int32_t>(i);
   }
 
-  /// The same for one ray, if it hits nothing so near so far.
-  HWY_INLINE bool take_one(std::size_t ray, float low, float high, const Leaf& leaf, std::size_t i) {
-    if (!(low > fan_.sure[ray]) || !can_take()) return false;
-    fan_.least[ray] = low;
-    fan_.sure[ray] = high;
-    place_[ray] = place(leaf, i);
-    taken_[ray / kBlockRays] |= 1U << ray % kBlockRays;
-    fan_.raised |= Blocks{1} << (ray / kBlockRays);
-    return true;
+  /// Rays from `first` on, of which those in `mask` surely hit the triangles at `places`, at a nearness between `low`
+  /// and `high`, and nothing so near before.
+  HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>& low, const hn::Vec<F16>& high,
+                       const hn::Vec<I16>& places) {
+    const F16 f;
+    const I16 whole;
+    hn::BlendedStore(low, mask, f, fan_.least + first);
+    hn::BlendedStore(high, mask, f, fan_.sure + first);
+    hn::BlendedStore(places, hn::RebindMask(whole, mask), whole, place_ + first);
+    taken_[first / kBlockRays] |= bits_of(f, mask) << first % kBlockRays;
+    fan_.raised |= Blocks{1} << (first / kBlockRays);
   }
 
   /// Tests triangle i of a leaf, by the time of `flush`.
@@ -127,8 +128,6 @@ class ClosestFan {
   }
 
  private:
-  using U16 = hn::Rebind<std::uint32_t, F16>;
-  using I16 = hn::Rebind<std::int32_t, F16>;
   static constexpr std::uint32_t kAny = std::numeric_limits<std::int32_t>::max();
 
   /// Hits as they stand in memory, part by part.
@@ -155,16 +154,6 @@ class ClosestFan {
     queued_number_[place] = ray;
     queue_.add_at(place, RayAxes::of(direction).z, corner, row);
     if (queue_.full()) flush(tally);
-  }
-
-  /// Where triangle i of a leaf is kept.
-  HWY_INLINE std::int32_t place(const Leaf& leaf, std::size_t i) {
-    const std::int32_t at = corner(leaf, i);
-    if (at != last_corner_) {
-      last_corner_ = at;
-      last_place_ = triangles_.add(leaf, i, at);
-    }
-    return last_place_;
   }
 
   /// Where the triangle's first corner stands among the words of the tree's leaves.
@@ -234,8 +223,9 @@ class ClosestFan {
   std::size_t queued_number_[ExactQueue::kPairs];
   ExactQueue queue_;
   TakenTriangles triangles_;
-  std::int32_t last_corner_ = -1, last_place_ = 0;  ///< Of the triangle that was taken last.
-  alignas(64) float best_t_[kFanRays];              ///< Of those that were tested.
+  const float* last_rows_ = nullptr;  ///< Of the leaf of which some triangle was taken last.
+  std::int32_t last_place_ = 0;
+  alignas(64) float best_t_[kFanRays];  ///< Of those that were tested.
   alignas(64) std::int32_t best_triangle_[kFanRays];
   /// Of the triangle that was taken. Others' places can be read too.
   alignas(64) std::int32_t place_[kFanRays];
@@ -288,8 +278,12 @@ class OccludedFan {
  public:
   static constexpr bool kLeave = true;
   static constexpr bool kAsksBlocks = false;  // most rays are hidden by then: it cost 2%
+  static constexpr bool kAsksRays = true;     // blocks may be long: without, the terrain took a fifth more
 
   static constexpr bool can_take() { return true; }
+
+  static HWY_INLINE hn::Vec<F16> least_after(const hn::Vec<F16>&) { return hn::Set(F16(), kInfinity); }
+  static std::int32_t place(const Leaf&, std::size_t) { return 0; }
 
   OccludedFan(const WideTree& tree, const Picture& picture, const RaysToPoint& ends, std::span<const Ray> rays,
               std::span<std::uint8_t> hidden, FanRays& fan)
@@ -316,19 +310,13 @@ class OccludedFan {
     fan.most = hn::GetLane(hn::MinOfLanes(f, most));
   }
 
-  HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>&, const hn::Vec<F16>&, const Leaf&,
-                       std::size_t) {
+  HWY_INLINE void take(std::size_t first, hn::Mask<F16> mask, const hn::Vec<F16>&, const hn::Vec<F16>&,
+                       const hn::Vec<I16>&) {
     const F16 f;
     hn::BlendedStore(hn::Set(f, kInfinity), mask, f, fan_.least + first);
     for (std::uint32_t left = bits_of(f, mask); left != 0; left &= left - 1)
       hidden_[first + static_cast<std::size_t>(std::countr_zero(left))] = 1;
     fan_.raised |= Blocks{1} << (first / kBlockRays);
-  }
-
-  HWY_INLINE bool take_one(std::size_t ray, float low, float, const Leaf&, std::size_t) {
-    if (!(low > fan_.sure[ray])) return false;
-    hide(ray);
-    return true;
   }
 
   template <typename Counter>

@@ -17,18 +17,27 @@ namespace tessera::HWY_NAMESPACE {
 /// one by one, whole fans took 18 to 20% longer on meshes of 70,000 and 100,000 triangles.
 class TakenTriangles {
  public:
-  bool full() const { return count_ == kMost; }
+  bool full() const { return count_ + WideChild::kMostInLeaf > kMost; }
 
-  /// Keeps triangle i of a leaf, whose corner a.x stands at word `corner` of all leaves'; its place here. Precondition:
-  /// not full.
-  HWY_INLINE std::int32_t add(const Leaf& leaf, std::size_t i, std::int32_t corner) {
-    const std::uint32_t words[3] = {leaf.triangle(i), static_cast<std::uint32_t>(corner),
-                                    static_cast<std::uint32_t>(leaf.count)};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* const at = leaf.rows + axis * leaf.count + i;
-      triangles_[count_][axis] = {{at[0], at[3 * leaf.count], at[6 * leaf.count]}, words[axis]};
+  /// Keeps a leaf's triangles side by side, of which the first's corner a.x stands at word `corner` of all leaves'; the
+  /// first's place here. Precondition: not full. A loop over those that are needed took 3% longer.
+  HWY_INLINE std::int32_t add(const Leaf& leaf, std::int32_t corner) {
+    const F8 f;
+    const hn::Rebind<std::int32_t, F8> whole;
+    for (std::size_t first = 0; first < leaf.count; first += kLanes8) {
+      const hn::Vec<F8> words[3] = {hn::BitCast(f, leaf.triangles(first)),
+                                    hn::BitCast(f, hn::Iota(whole, corner + static_cast<std::int32_t>(first))),
+                                    hn::BitCast(f, hn::Set(whole, static_cast<std::int32_t>(leaf.count)))};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto of = [&](std::size_t k)
+                            HWY_ATTR { return hn::LoadU(f, leaf.rows + first + (3 * k + axis) * leaf.count); };
+        hn::StoreInterleaved4(of(0), of(1), of(2), words[axis], f,
+                              reinterpret_cast<float*>(triangles_[axis] + count_ + first));
+      }
     }
-    return static_cast<std::int32_t>(count_++);
+    const std::size_t place = count_;
+    count_ += leaf.count;
+    return static_cast<std::int32_t>(place);
   }
 
   std::uint32_t number(std::int32_t place) const { return row(place, 0).word; }
@@ -61,7 +70,7 @@ class TakenTriangles {
   }
 
  private:
-  static constexpr std::size_t kMost = kFanRays;
+  static constexpr std::size_t kMost = 2 * kFanRays;
 
   struct alignas(16) Row {
     float corner[3];
@@ -69,7 +78,7 @@ class TakenTriangles {
   };
 
   const Row& row(std::int32_t place, std::uint32_t axis) const {
-    return triangles_[static_cast<std::size_t>(place)][axis];
+    return triangles_[axis][static_cast<std::size_t>(place)];
   }
 
   /// Turns each block of four rows into columns.
@@ -87,7 +96,7 @@ class TakenTriangles {
   }
 
   std::size_t count_ = 0;
-  Row triangles_[kMost][3];
+  Row triangles_[3][kMost];
 };
 
 }  // namespace tessera::HWY_NAMESPACE

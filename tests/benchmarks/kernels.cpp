@@ -61,10 +61,10 @@ void print_header(const Options& options) {
   std::printf(
       "Medians of %d repetitions in turns, ± half the distance between the quartiles. Tracing: processor time, on two\n"
       "threads of the one that took more. First-level rays are handed over by tiles of %u × %u pixels, shadow rays by\n"
-      "what a tile hit, all others by %zu; Embree's packets are ready before its clock starts. ≠: rays for which\n"
-      "Embree, asked one by one, disagrees with us on hit or miss + by more than 10⁻⁴ of t. Building: processor time,\n"
-      "on two threads seconds on the clock.\n",
-      options.repetitions, kTileSide, kTileSide, kBatch);
+      "what a tile hit, random rays by %zu, all others by %zu; Embree's packets are ready before its clock starts.\n"
+      "≠: rays for which Embree, asked one by one, disagrees with us on hit or miss + by more than 10⁻⁴ of t.\n"
+      "Building: processor time, on two threads seconds on the clock.\n",
+      options.repetitions, kTileSide, kTileSide, kRandomBatch, kBatch);
 }
 
 void measure_all(Report& to, const Options& options) {

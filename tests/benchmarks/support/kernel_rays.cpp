@@ -35,8 +35,8 @@ RaySet first_level_rays(const Camera& camera, std::uint32_t side) {
   return set;
 }
 
-void cut_into_batches(RaySet& set) {
-  for (std::size_t end = kBatch; end < set.rays.size(); end += kBatch) set.ends.push_back(end);
+void cut_into_batches(RaySet& set, std::size_t batch) {
+  for (std::size_t end = batch; end < set.rays.size(); end += batch) set.ends.push_back(end);
   if (!set.rays.empty()) set.ends.push_back(set.rays.size());
 }
 
@@ -69,8 +69,8 @@ class SecondaryRays {
   }
 
   std::array<RaySet, 3> take() {
-    cut_into_batches(ao_);
-    cut_into_batches(diffuse_);
+    cut_into_batches(ao_, kBatch);
+    cut_into_batches(diffuse_, kBatch);
     return {std::move(shadow_), std::move(ao_), std::move(diffuse_)};
   }
 
@@ -111,7 +111,7 @@ std::vector<RaySet> kernel_rays(const KernelScene& scene, const Accel& accel, st
   }
   for (RaySet& set : secondary.take()) sets.push_back(std::move(set));
   sets.push_back({"random", Query::closest, {}, random_segments(*scene.scene, first_level.size() / 2, 1).rays, {}, {}});
-  cut_into_batches(sets.back());
+  cut_into_batches(sets.back(), kRandomBatch);
   return sets;
 }
 

@@ -50,8 +50,9 @@ inline constexpr std::array<std::string_view, 5> kKernelRays = {"first_level", "
 
 /// A tile of first-level rays: 32 × 32 pixels, 4 × 4 blocks one after another.
 inline constexpr std::uint32_t kTileSide = 32, kBlockSide = 4;
-/// Rays in a batch that isn't a tile.
-inline constexpr std::size_t kBatch = 4096;
+/// Rays in a batch that isn't a tile: of those that leave surfaces as many as a few tiles' pictures hold, and of random
+/// ones as many as are worth gathering.
+inline constexpr std::size_t kBatch = 4096, kRandomBatch = 32768;
 
 /// One set for each of `kKernelRays`, of the picture of side × side pixels (a multiple of 64): a jittered ray for each
 /// pixel; from what they hit, on the viewer's side, a ray to the light where the surface faces it, a short ray and a

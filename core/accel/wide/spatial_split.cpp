@@ -15,41 +15,46 @@ constexpr float kLeastGain = 0.1F;
 /// 20 to 160 in interiors that aren't aligned with the axes.
 constexpr float kManyBoxes = 8;
 
+/// References from which on a plane is looked for: fewer are seldom worth cutting.
+constexpr std::size_t kManyReferences = 100;
+
 LanesBox common(const LanesBox& a, const LanesBox& b) { return {max(a.lo, b.lo), min(a.hi, b.hi)}; }
 
-/// Cuts a node's box into equal slabs along each axis.
+/// Cuts a node's box into equal slabs along its longest axis.
 class Slabs {
  public:
-  explicit Slabs(const LanesBox& box) : base_(box.lo), last_(spread(kSlabs - 1)) {
+  explicit Slabs(const LanesBox& box) {
     const Lanes size = box.hi - box.lo;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float scale = kSlabs / size[axis];
-      scale_[axis] = std::isfinite(scale) ? scale : 0;
-      step_[axis] = scale_[axis] > 0 ? size[axis] / kSlabs : 0;
-    }
-    scale_[3] = step_[3] = 0;
+    axis_ = size[0] > size[1] ? 0 : 1;
+    if (size[2] > size[axis_]) axis_ = 2;
+    base_ = box.lo[axis_];
+    const float scale = kSlabs / size[axis_];
+    scale_ = std::isfinite(scale) ? scale : 0;
+    step_ = scale_ > 0 ? size[axis_] / kSlabs : 0;
   }
-  WordLanes slabs_of(Lanes p) const {
-    const Lanes clamped = min(max((p - base_) * scale_, first_), last_);
-    return reinterpret_cast<WordLanes>(__builtin_convertvector(clamped, IntLanes));
+  int axis() const { return axis_; }
+  std::uint32_t slab_of(Lanes p) const {
+    return static_cast<std::uint32_t>(std::min(std::max((p[axis_] - base_) * scale_, 0.0F), kSlabs - 1.0F));
   }
   /// Between slabs `slab - 1` and `slab`.
-  float plane(int axis, std::uint32_t slab) const { return base_[axis] + step_[axis] * static_cast<float>(slab); }
+  float plane(std::uint32_t slab) const { return base_ + step_ * static_cast<float>(slab); }
 
   static constexpr int kSlabs = BinGrid::kMostBins;
 
  private:
-  Lanes base_, scale_, step_, first_{}, last_;
+  int axis_;
+  float base_, scale_, step_;
 };
 
 /// Extends the boxes of slabs from `first` to `last` by a triangle's parts in them, as far as they are in a reference's
 /// box: about, since they only tell what splits cost.
-void chop(const Corners& corners, const PrimitiveRef& ref, const Slabs& slabs, int axis, std::uint32_t first,
-          std::uint32_t last, LanesBox* box) {
+void chop(const Corners& corners, const PrimitiveRef& ref, const Slabs& slabs, std::uint32_t first, std::uint32_t last,
+          LanesBox* box) {
+  const int axis = slabs.axis();
   const auto inside = [&ref](Lanes p) { return min(max(p, ref.lo), ref.hi); };
   for (std::size_t i = 0; i < 3; ++i) {
     Lanes a = corners[i], b = corners[(i + 1) % 3];
-    std::uint32_t from = slabs.slabs_of(a)[axis], to = slabs.slabs_of(b)[axis];
+    std::uint32_t from = slabs.slab_of(a), to = slabs.slab_of(b);
     box[std::clamp(from, first, last)].extend(inside(a));
     if (from > to) {
       std::swap(from, to);
@@ -58,7 +63,7 @@ void chop(const Corners& corners, const PrimitiveRef& ref, const Slabs& slabs, i
     if (from == to) continue;
     const Lanes slope = (b - a) / spread(b[axis] - a[axis]);
     for (std::uint32_t slab = std::max(from, first) + 1; slab <= std::min(to, last); ++slab) {
-      const Lanes at = inside(a + slope * spread(slabs.plane(axis, slab) - a[axis]));
+      const Lanes at = inside(a + slope * spread(slabs.plane(slab) - a[axis]));
       box[slab - 1].extend(at);
       box[slab].extend(at);
     }
@@ -68,6 +73,7 @@ void chop(const Corners& corners, const PrimitiveRef& ref, const Slabs& slabs, i
 }  // namespace
 
 bool promises_spatial_split(std::span<const PrimitiveRef> refs, const LanesBox& box, const Split& split, float unit) {
+  if (refs.size() < kManyReferences) return false;
   const int axis = split.axis;
   LanesBox left = split.left_box, right = split.right_box;
   const float middle = (left.hi[axis] + right.lo[axis]) * 0.5F;
@@ -84,28 +90,30 @@ bool promises_spatial_split(std::span<const PrimitiveRef> refs, const LanesBox& 
 SpatialSplit best_spatial_split(const TriangleMesh& mesh, std::span<const PrimitiveRef> refs, const LanesBox& box,
                                 float unit) {
   const Slabs slabs(box);
+  const int axis = slabs.axis();
   Bins bins(Slabs::kSlabs);
+  // Along the other axes all stay in one bin, which nothing parts.
+  const auto count = static_cast<std::int32_t>(refs.size());
+  bins.entering[0] = bins.leaving[0] = IntLanes{count, count, count, 0};
+  bins.entering[0][axis] = bins.leaving[0][axis] = 0;
+  LanesBox* slab = bins.box[axis];
   for (const PrimitiveRef& ref : refs) {
-    const WordLanes from = slabs.slabs_of(ref.lo), to = slabs.slabs_of(ref.hi);
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::uint32_t first = from[axis], last = to[axis];
-      ++bins.entering[first][axis];
-      ++bins.leaving[last][axis];
-      LanesBox* slab = bins.box[axis];
-      if (first == last) {
-        slab[first].extend(ref.box());
-      } else if (last - first == 1) {
-        LanesBox low = ref.box(), high = low;
-        low.hi[axis] = high.lo[axis] = slabs.plane(axis, last);
-        slab[first].extend(low);
-        slab[last].extend(high);
-      } else {
-        chop(corners_of(mesh, ref.triangle()), ref, slabs, axis, first, last, slab);
-      }
+    const std::uint32_t first = slabs.slab_of(ref.lo), last = slabs.slab_of(ref.hi);
+    ++bins.entering[first][axis];
+    ++bins.leaving[last][axis];
+    if (first == last) {
+      slab[first].extend(ref.box());
+    } else if (last - first == 1) {
+      LanesBox low = ref.box(), high = low;
+      low.hi[axis] = high.lo[axis] = slabs.plane(last);
+      slab[first].extend(low);
+      slab[last].extend(high);
+    } else {
+      chop(corners_of(mesh, ref.triangle()), ref, slabs, first, last, slab);
     }
   }
   SpatialSplit best{bins.best_split(static_cast<std::uint32_t>(refs.size()), unit)};
-  if (best.split.axis >= 0) best.plane = slabs.plane(best.split.axis, static_cast<std::uint32_t>(best.split.bin));
+  if (best.split.axis >= 0) best.plane = slabs.plane(static_cast<std::uint32_t>(best.split.bin));
   return best;
 }
 

@@ -14,12 +14,14 @@ struct SpatialSplit {
   float plane = 0;
 };
 
-/// The cheapest plane, of a few, for references within `box`. Costs as those of `Bins::best_split`.
+/// The cheapest plane, of a few across the longest axis of `box`, for references within it. Costs as those of
+/// `Bins::best_split`. With planes across all axes an interior takes 1.6 times as long to build, and is traced no
+/// faster but by shadow rays (9%).
 SpatialSplit best_spatial_split(const TriangleMesh& mesh, std::span<const PrimitiveRef> refs, const LanesBox& box,
                                 float unit);
 
 /// Whether it is worth looking for one: children of the object split reach into each other, and lines through the node
-/// meet so many references' boxes that they can't be a surface cut into small pieces.
+/// meet so many references' boxes that they can't be a surface cut into small pieces. Never for a few references.
 bool promises_spatial_split(std::span<const PrimitiveRef> refs, const LanesBox& box, const Split& object_split,
                             float unit);
 

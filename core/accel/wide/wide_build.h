@@ -8,7 +8,7 @@
 namespace tessera {
 
 /// Of what `build_wide` makes: to be raised whenever that changes, in layout or in quality, as files outlive programs.
-inline constexpr std::uint32_t kWideVersion = 3;
+inline constexpr std::uint32_t kWideVersion = 4;
 
 struct WideBuildOptions {
   /// Most triangles in a leaf, 1 to 8. With 8 large meshes trace fastest, and take 44 bytes a triangle.

@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <optional>
 
-#include <hwy/cache_control.h>
-
+#include "core/accel/wide/cache_lines.h"
 #include "core/accel/wide/wide_ray-inl.h"
 #include "core/geometry/triangle.h"
 
@@ -37,17 +36,9 @@ struct Leaf {
   const float* rows;
 };
 
-/// Asks for cache lines, which needn't all be ours. Calls of functions that only prefetch g++ 12 takes to do nothing
-/// and drops, unless they are inlined before it looks: a lambda here once left no prefetch in the program.
-HWY_INLINE void prefetch_lines(const void* from, std::size_t count) {
-  constexpr std::uintptr_t kLine = 64;
-  const auto at = reinterpret_cast<std::uintptr_t>(from);
-  for (std::size_t i = 0; i < count; ++i) hwy::Prefetch(reinterpret_cast<const char*>(at + i * kLine));
-}
-
 /// Asks for the memory of what will be visited soon: of a leaf, for what the largest takes, since most are large.
 HWY_INLINE void prefetch(const WideTree& tree, std::uint32_t child) {
-  static_assert(sizeof(WideNode) == 2 * 64 && 4 * leaf_words(WideChild::kMostInLeaf) + 48 <= 6 * 64);
+  static_assert(sizeof(WideNode) == 2 * kCacheLine && 4 * leaf_words(WideChild::kMostInLeaf) + 48 <= 6 * kCacheLine);
   if (WideChild::is_leaf(child))
     prefetch_lines(tree.leaves.data() + std::size_t{4} * WideChild::at(child), 6);
   else

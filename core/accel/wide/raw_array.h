@@ -8,6 +8,8 @@
 #include <sys/mman.h>
 #endif
 
+#include "core/accel/wide/cache_lines.h"
+
 namespace tessera {
 
 /// Whether most of an array will be written to, or only stretches here and there.
@@ -31,7 +33,7 @@ class RawArray {
   T& operator[](std::size_t i) const { return data_.get()[i]; }
 
  private:
-  static constexpr std::size_t kCacheLine = 64, kHugePage = std::size_t{2} << 20;
+  static constexpr std::size_t kHugePage = std::size_t{2} << 20;
   struct Free {
     std::size_t align = kCacheLine;
     void operator()(T* data) const { ::operator delete (data, std::align_val_t{align}); }

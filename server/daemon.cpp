@@ -22,6 +22,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/accel/wide/wide_accel.h"
+#include "core/accel/wide/wide_build.h"
 #include "core/math/float_environment.h"
 #include "server/blob_store.h"
 #include "server/data_folder.h"
@@ -48,18 +49,19 @@ constexpr std::chrono::milliseconds kLookAgain{5};
 
 std::optional<WideStore> open_wide_store(const Config& config) {
   if (!config.structure_dir) return std::nullopt;
-  return std::optional<WideStore>(std::in_place, *config.structure_dir, config.max_structure_dir);
+  return std::optional<WideStore>(std::in_place, *config.structure_dir, config.max_structure_dir, config.threads);
 }
 
-/// Makes structures whose meshes come from `store`, where there is one. Kinds but `wide` have nothing there.
-StructureCache::Make make_from(const std::optional<WideStore>& store) {
-  if (!store) return make_accel;
-  return [&store = *store](std::shared_ptr<const Scene> scene,
-                           const AccelOptions& options) -> std::unique_ptr<const Accel> {
+/// Makes structures whose meshes come from `store`, where there is one, and are built on as many threads as render.
+/// Kinds but `wide` have nothing there.
+StructureCache::Make make_from(const std::optional<WideStore>& store, unsigned threads) {
+  const MakeTree make = [&store, threads](const TriangleMesh& mesh) {
+    return store ? store->get(mesh) : MadeTree{build_wide(mesh, {.threads = threads})};
+  };
+  return [make](std::shared_ptr<const Scene> scene, const AccelOptions& options) -> std::unique_ptr<const Accel> {
     if (options.kind != AccelKind::wide) return make_accel(std::move(scene), options);
     const StrictFloats strict;
-    return std::make_unique<const WideAccel>(std::move(scene), options, wide_kernels(),
-                                             [&store](const TriangleMesh& mesh) { return store.get(mesh); });
+    return std::make_unique<const WideAccel>(std::move(scene), options, wide_kernels(), make);
   };
 }
 
@@ -70,7 +72,7 @@ struct Backend {
         blobs(folder.blobs(), config.asset_root),
         scenes(folder.scenes(), blobs, config.documents, config.scene_cache),
         wide_store(open_wide_store(config)),
-        structures(config.structure_cache, make_from(wide_store)),
+        structures(config.structure_cache, make_from(wide_store, config.threads)),
         jobs({config.max_jobs, config.max_ended_jobs, config.max_film_memory}),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),

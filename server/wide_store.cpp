@@ -21,7 +21,8 @@ constexpr const char* kExtension = ".wide";
 
 }  // namespace
 
-WideStore::WideStore(fs::path folder, std::uint64_t limit) : folder_(std::move(folder)), limit_(limit) {
+WideStore::WideStore(fs::path folder, std::uint64_t limit, unsigned threads)
+    : folder_(std::move(folder)), limit_(limit), threads_(threads) {
   fs::create_directories(folder_);
 }
 
@@ -32,7 +33,7 @@ MadeTree WideStore::get(const TriangleMesh& mesh) const {
   } catch (const std::runtime_error& error) {
     spdlog::warn("{}: {}; its mesh is built again", file_of(key).string(), error.what());
   }
-  MadeTree made{build_wide(mesh)};
+  MadeTree made{build_wide(mesh, {.threads = threads_})};
   keep(key, made.tree);
   return made;
 }

@@ -50,7 +50,10 @@ struct Part {
 class Builder {
  public:
   Builder(const TriangleMesh& mesh, const WideBuildOptions& options, std::uint32_t room, BinaryTree& tree)
-      : mesh_(mesh), options_(options), refs_{RawArray<PrimitiveRef>(room), RawArray<PrimitiveRef>(room)}, tree_(tree) {
+      : mesh_(mesh),
+        options_(options),
+        refs_{RawArray<PrimitiveRef>(room, Pages::small), RawArray<PrimitiveRef>(room, Pages::small)},
+        tree_(tree) {
     Part root{{make_refs(), 0, 1, 0}};
     root.subtree.range.room_end = room;
     const Lanes size = root.subtree.range.box.hi - root.subtree.range.box.lo;
@@ -74,6 +77,7 @@ class Builder {
       Range block;
       block.begin = static_cast<std::uint32_t>(number) * kBlock;
       block.end = std::min(count, block.begin + kBlock);
+      for (const RawArray<PrimitiveRef>& half : refs_) half.fetch(block.begin, block.end);
       for (std::uint32_t i = block.begin; i < block.end; ++i) {
         LanesBox box = LanesBox::empty();
         for (const Lanes corner : corners_of(mesh_, i)) box.extend(corner);
@@ -268,7 +272,7 @@ BinaryTree build_binary(const TriangleMesh& mesh, const WideBuildOptions& option
   const std::size_t count = mesh.triangles.size();
   const std::size_t room = options.spatial_splits ? count + count * 3 / 10 : count;
   // Leaves of several triangles leave most of the room for nodes empty.
-  BinaryTree tree{RawArray<BinaryNode>(2 * room, Filling::sparse), RawArray<std::uint32_t>(room)};
+  BinaryTree tree{RawArray<BinaryNode>(2 * room, Pages::small), RawArray<std::uint32_t>(room)};
   Builder(mesh, options, static_cast<std::uint32_t>(room), tree);
   return tree;
 }

@@ -43,7 +43,7 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   app.set_config("--config", "", "A file of `flag = value` lines")->envname("TESSERA_CONFIG");
   flag("--host", config.host, "Address to listen on");
   flag("--port", config.port, "Port to listen on; 0 takes any free one");
-  flag("--threads", config.threads, "Threads that render; 0 takes one per core");
+  flag("--threads", config.threads, "Threads that build and render; 0 takes one per core");
   flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept");
   flag("--asset-root", paths.asset_root, "Folder whose files scenes may name by path; none without it");
   flag("--log-level", config.log_level, "trace, debug, info, warn, error or off")

@@ -14,7 +14,7 @@ namespace tessera::server {
 struct Config {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8080;  ///< 0: any free one.
-  unsigned threads = 0;       ///< That render; at least 1 once `parse_config` has run.
+  unsigned threads = 0;       ///< That build and render; at least 1 once `parse_config` has run.
   std::filesystem::path data_dir;
   std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.
   std::string log_level = "info";

@@ -18,7 +18,7 @@ class WideStore {
   /// Keeps files of `limit` bytes together in `folder`, which is made if it is missing; the longest unused go. Other
   /// files in there are left alone: what an end at the wrong moment leaves half-written stays, too. Builds on
   /// `threads` threads (0: as many as the machine has). Throws std::filesystem::filesystem_error when it can't be made.
-  WideStore(std::filesystem::path folder, std::uint64_t limit, unsigned threads = 0);
+  WideStore(std::filesystem::path folder, std::uint64_t limit, unsigned threads);
 
   /// The hierarchy of a mesh, mapped from its file; or built, and put there. Throws what `build_wide` does.
   MadeTree get(const TriangleMesh& mesh) const;

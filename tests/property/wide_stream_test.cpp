@@ -23,8 +23,8 @@ TEST(WideKernels, AgreeOnMoreRaysThanAStreamHolds) {
     ray.direction = to_float(random.direction());
     expected.push_back(brute->closest(ray).value_or(Hit{}));
   }
-  std::vector<Ray> rays(70'000);
-  const auto which = [&](std::size_t i) { return i * i % some.size(); };
+  std::vector<Ray> rays(2 * kStreamRays + 4464);
+  const auto which = [&](std::size_t i) { return (i + i / some.size() * 7) % some.size(); };
   for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = some[which(i)];
   for (const WideKernels* kernels : runnable_wide_kernels()) {
     std::vector<Hit> hits(rays.size());

@@ -272,7 +272,7 @@ BinaryTree build_binary(const TriangleMesh& mesh, const WideBuildOptions& option
   const std::size_t count = mesh.triangles.size();
   const std::size_t room = options.spatial_splits ? count + count * 3 / 10 : count;
   // Leaves of several triangles leave most of the room for nodes empty.
-  BinaryTree tree{RawArray<BinaryNode>(2 * room, Pages::small), RawArray<std::uint32_t>(room)};
+  BinaryTree tree{RawArray<BinaryNode>(2 * room, Pages::small), RawArray<std::uint32_t>(room, Pages::small)};
   Builder(mesh, options, static_cast<std::uint32_t>(room), tree);
   return tree;
 }

@@ -43,7 +43,7 @@ class Fan {
   };
   struct Pending {
     std::uint32_t child;
-    Blocks blocks;  ///< With rays in the area.
+    Blocks blocks;  ///< That the area may cover.
     Area area;
   };
 
@@ -181,7 +181,7 @@ class Fan {
       inside[block] = rays_in(block, next.area);
       count += static_cast<std::size_t>(std::popcount(inside[block]));
     }
-    if (count == 0) return;
+    if (count == 0) return tally_.looked_into(before);
     SeenTriangles seen;
     for (std::size_t first = 0; first < leaf.count; first += kLanes8) see(picture_, fan_.most, leaf, first, seen);
     if (count <= DenseRays::kMost) {

@@ -24,7 +24,7 @@ class ClosestFan {
  public:
   static constexpr bool kLeave = false;      ///< Rays may leave triangles.
   static constexpr bool kAsksBlocks = true;  ///< It pays to ask which blocks lie outside a large triangle,
-  static constexpr bool kAsksRays = false;   ///< and at a node which have rays in an area, since blocks are compact.
+  static constexpr bool kAsksRays = false;   ///< and at a node which have rays in an area: here blocks are compact.
 
   /// `hits` are as many as the fan's rays, those of rays that aren't looked for with t = 0.
   HWY_INLINE ClosestFan(const WideTree& tree, const Picture& picture, Vec3 origin, std::uint32_t object, Hit* hits,

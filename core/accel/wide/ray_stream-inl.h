@@ -11,14 +11,10 @@
 
 #include "core/accel/tally.h"
 #include "core/accel/wide/exact-inl.h"
+#include "core/accel/wide/wide_kernels.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
-
-/// Rays of a stream at most. The more incoherent rays go together, the longer they share nodes: random ones go 1.2
-/// times as fast in streams of this size as of 4096 (bunny, 100,000 and 2 million triangles, flake), and slower in
-/// larger ones, for which what is kept no longer fits into caches.
-inline constexpr std::size_t kStreamRays = 32768;
 
 /// Rays to a list up to which each goes on alone: measured on meshes of 60,000 to 2 million triangles.
 inline constexpr std::size_t kFewInList = 2;
@@ -230,18 +226,24 @@ class RayStream {
   ExactQueue queue_;
 };
 
-/// Traces rays in streams of the size that fits. Each thread keeps the memory, of which small batches touch little:
-/// asked for anew with every batch, it costs threads other than the first a page fault for each of its pages.
+/// Each thread's, which it keeps: asked for anew with every batch, it costs threads other than the first a page fault
+/// for each of its pages. Small batches touch little of it.
+inline StreamMemory& stream_memory() {
+  static thread_local const auto memory = std::make_unique_for_overwrite<StreamMemory>();
+  return *memory;
+}
+
+/// Traces rays in streams of the size that fits.
 template <typename Counter, typename OnTest>
 HWY_INLINE void stream_rays(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
                             std::span<float> limits, Counter tally, OnTest&& on_test) {
-  static thread_local const auto memory = std::make_unique_for_overwrite<StreamMemory>();
+  StreamMemory& memory = stream_memory();
   for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
     const std::size_t count = std::min(kStreamRays, rays.size() - first);
     const auto shifted = [&](std::size_t ray, bool is_hit, float t, std::uint32_t triangle, float limit)
                              HWY_ATTR { return on_test(first + ray, is_hit, t, triangle, limit); };
     using Stream = RayStream<Counter, decltype(shifted)>;
-    Stream(*memory, tree, object, rays.subspan(first, count), limits.subspan(first, count), tally, shifted).run();
+    Stream(memory, tree, object, rays.subspan(first, count), limits.subspan(first, count), tally, shifted).run();
   }
 }
 

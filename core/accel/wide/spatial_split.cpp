@@ -34,7 +34,7 @@ class Slabs {
   }
   int axis() const { return axis_; }
   std::uint32_t slab_of(Lanes p) const {
-    return static_cast<std::uint32_t>(std::min(std::max((p[axis_] - base_) * scale_, 0.0F), kSlabs - 1.0F));
+    return static_cast<std::uint32_t>(std::min(std::max(0.0F, (p[axis_] - base_) * scale_), kSlabs - 1.0F));
   }
   /// Between slabs `slab - 1` and `slab`.
   float plane(std::uint32_t slab) const { return base_ + step_ * static_cast<float>(slab); }

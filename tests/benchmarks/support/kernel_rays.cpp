@@ -1,5 +1,6 @@
 #include "tests/benchmarks/support/kernel_rays.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/integrator/spawn.h"
@@ -111,7 +112,7 @@ std::vector<RaySet> kernel_rays(const KernelScene& scene, const Accel& accel, st
   }
   for (RaySet& set : secondary.take()) sets.push_back(std::move(set));
   sets.push_back({"random", Query::closest, {}, random_segments(*scene.scene, first_level.size() / 2, 1).rays, {}, {}});
-  cut_into_batches(sets.back(), kRandomBatch);
+  cut_into_batches(sets.back(), std::min(kRandomBatch, sets.back().rays.size() / 2));
   return sets;
 }
 

@@ -51,7 +51,7 @@ inline constexpr std::array<std::string_view, 5> kKernelRays = {"first_level", "
 /// A tile of first-level rays: 32 × 32 pixels, 4 × 4 blocks one after another.
 inline constexpr std::uint32_t kTileSide = 32, kBlockSide = 4;
 /// Rays in a batch that isn't a tile: of those that leave surfaces as many as a few tiles' pictures hold, and of random
-/// ones as many as are worth gathering.
+/// ones as many as a stream holds. Renders trace 1024 samples together.
 inline constexpr std::size_t kBatch = 4096, kRandomBatch = 32768;
 
 /// One set for each of `kKernelRays`, of the picture of side × side pixels (a multiple of 64): a jittered ray for each

@@ -35,7 +35,7 @@ class WideStoreTest : public testing::Test {
 
   /// Whether a new daemon finds the mesh; what it has is what would be built, in any case.
   bool finds(const TriangleMesh& mesh, std::uint64_t limit = kPlenty) const {
-    const MadeTree made = WideStore(folder(), limit).get(mesh);
+    const MadeTree made = WideStore(folder(), limit, 1).get(mesh);
     EXPECT_TRUE(same(made.tree, build_wide(mesh)));
     EXPECT_EQ(reinterpret_cast<std::uintptr_t>(made.tree.nodes.data()) % 64, 0U);
     return made.was_kept;
@@ -94,7 +94,7 @@ TEST_F(WideStoreTest, BuildsAgainWhateverIsWrongWithAFile) {
 
 TEST_F(WideStoreTest, DoesWithoutADiskThatRefuses) {
   const TriangleMesh mesh = icosphere(1);
-  const WideStore store(folder(), kPlenty);
+  const WideStore store(folder(), kPlenty, 1);
   fs::create_directory(file_of(mesh));
   EXPECT_TRUE(same(store.get(mesh).tree, build_wide(mesh))) << "a folder is in the way";
   fs::remove(file_of(mesh));
@@ -131,7 +131,7 @@ TEST_F(WideStoreTest, DropsWhatWasUsedLongestAgo) {
 TEST_F(WideStoreTest, WhatIsMappedOutlivesItsFile) {
   const TriangleMesh mesh = icosphere(3);
   EXPECT_FALSE(finds(mesh));
-  const MadeTree made = WideStore(folder(), kPlenty).get(mesh);
+  const MadeTree made = WideStore(folder(), kPlenty, 1).get(mesh);
   ASSERT_TRUE(made.was_kept);
   fs::remove_all(folder());
   EXPECT_TRUE(same(made.tree, build_wide(mesh)));
@@ -140,7 +140,7 @@ TEST_F(WideStoreTest, WhatIsMappedOutlivesItsFile) {
 TEST_F(WideStoreTest, ServesManyAtOnce) {
   const TriangleMesh mesh = icosphere(2);
   const WideTree known = build_wide(mesh);
-  const WideStore one(folder(), kPlenty), other(folder(), wide_file_bytes(known));
+  const WideStore one(folder(), kPlenty, 1), other(folder(), wide_file_bytes(known), 1);
   std::vector<std::jthread> threads;
   for (int i = 0; i < 8; ++i)
     threads.emplace_back([&, i] {

@@ -48,9 +48,13 @@ void SceneArguments::add_to(CLI::App& command) {
         if (!options.size) throw CLI::ValidationError("--size", "'" + text + "' isn't WIDTHxHEIGHT, like 640x480");
       },
       "Image size, like 640x480");
-  command.add_option("--spp", options.samples, "Samples per pixel");
-  command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first");
-  command.add_option("--seed", options.seed, "Seed of the samples");
+  // Which the library would take for a number without sign, and wrap.
+  const CLI::Validator not_negative(
+      [](const std::string& text) { return text.starts_with('-') ? text + " is negative" : std::string(); }, "");
+  command.add_option("--spp", options.samples, "Samples per pixel")->check(not_negative);
+  command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first")
+      ->check(not_negative);
+  command.add_option("--seed", options.seed, "Seed of the samples")->check(not_negative);
   command.add_option_function<std::string>(
       "--accel",
       [this](const std::string& text) {

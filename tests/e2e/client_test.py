@@ -352,6 +352,9 @@ class Refusals(ClientTest):
         ):
             self.assertNotEqual(self.tessera(*arguments, code=USAGE).stderr, "", arguments)
         self.assertIn("Exit codes:", self.tessera("--help").stdout)
+        for option in ("--spp", "--max-depth", "--seed"):
+            refused = self.tessera("render", "scene.json", option, "-3", code=USAGE)
+            self.assertIn("-3 is negative", refused.stderr)
         self.assertIn("no command 'paint'", self.tessera("paint", code=USAGE).stderr)
         self.assertRegex(self.tessera("--version").stdout, r"^\d+\.\d+\.\d+\n$")
 

@@ -1,6 +1,7 @@
 #include "server/wide_store.h"
 
 #include <algorithm>
+#include <chrono>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -9,6 +10,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/accel/wide/wide_build.h"
+#include "server/received_file.h"
 #include "server/wide_file.h"
 
 namespace tessera::server {
@@ -21,12 +23,25 @@ constexpr const char* kExtension = ".wide";
 
 }  // namespace
 
-WideStore::WideStore(fs::path folder, std::uint64_t limit, unsigned threads)
-    : folder_(std::move(folder)), limit_(limit), threads_(threads) {
+WideStore::WideStore(fs::path folder, std::uint64_t limit, unsigned threads, std::size_t least)
+    : folder_(std::move(folder)), limit_(limit), threads_(threads), least_(least) {
   fs::create_directories(folder_);
+  remove_left_over();
+}
+
+/// What is younger may be another daemon's, which is writing it.
+void WideStore::remove_left_over() const {
+  const auto then = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    if (!entry.path().filename().string().starts_with(kReceivedFilePrefix)) continue;
+    std::error_code gone, ignored;
+    const fs::file_time_type written = entry.last_write_time(gone);
+    if (!gone && written < then) fs::remove(entry.path(), ignored);
+  }
 }
 
 MadeTree WideStore::get(const TriangleMesh& mesh) const {
+  if (mesh.triangles.size() < least_) return {build_wide(mesh, {.threads = threads_})};
   const std::string key = wide_key(mesh);
   try {
     if (auto tree = map_wide_file(file_of(key), key)) return {*std::move(tree), true};

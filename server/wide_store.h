@@ -15,10 +15,15 @@ namespace tessera::server {
 /// logged, and no more than that. Safe to use from any number of threads.
 class WideStore {
  public:
-  /// Keeps files of `limit` bytes together in `folder`, which is made if it is missing; the longest unused go. Other
-  /// files in there are left alone: what an end at the wrong moment leaves half-written stays, too. Builds on
-  /// `threads` threads (0: as many as the machine has). Throws std::filesystem::filesystem_error when it can't be made.
-  WideStore(std::filesystem::path folder, std::uint64_t limit, unsigned threads);
+  /// Meshes of fewer triangles are built anew as fast as they are written, and a scene may have many of them: a mapping
+  /// for each is more than some systems give.
+  static constexpr std::size_t kWorthKeeping = 8192;
+
+  /// Keeps files of `limit` bytes together in `folder`, which is made if it is missing; the longest unused go. Of other
+  /// files in there those go that another end, at the wrong moment, left half-written an hour ago or earlier. Meshes of
+  /// fewer triangles than `least` are built, and not kept. Builds on `threads` threads (0: as many as the machine has).
+  /// Throws std::filesystem::filesystem_error when the folder can't be made or looked into.
+  WideStore(std::filesystem::path folder, std::uint64_t limit, unsigned threads, std::size_t least = kWorthKeeping);
 
   /// The hierarchy of a mesh, mapped from its file; or built, and put there. Throws what `build_wide` does.
   MadeTree get(const TriangleMesh& mesh) const;
@@ -26,11 +31,13 @@ class WideStore {
  private:
   void keep(const std::string& key, const WideTree& tree) const;
   void evict() const;
+  void remove_left_over() const;
   std::filesystem::path file_of(const std::string& key) const;
 
   const std::filesystem::path folder_;
   const std::uint64_t limit_;
   const unsigned threads_;
+  const std::size_t least_;
 };
 
 }  // namespace tessera::server

@@ -23,7 +23,7 @@ def wavy_sheet(n, height):
 SCENE = {
     "camera": {"type": "perspective", "from": [0.5, 1.5, 2.5], "at": [0.5, 0, 0.5], "fov": 40},
     "lights": [{"type": "point", "position": [2, 3, 2], "intensity": [9, 9, 9]}],
-    "geometries": {"sheet": wavy_sheet(20, 0.2), "rough": wavy_sheet(15, 0.5), "unseen": wavy_sheet(10, 0.1)},
+    "geometries": {"sheet": wavy_sheet(70, 0.2), "rough": wavy_sheet(66, 0.5), "unseen": wavy_sheet(65, 0.1)},
     "objects": [
         {"type": "instance", "of": "sheet", "transform": {"translate": [0, 0, 0]}},
         {"type": "instance", "of": "rough", "transform": {"translate": [0.5, 0.2, -0.5]}},
@@ -94,10 +94,10 @@ class StructureDirTest(unittest.TestCase):
         self.assertEqual(self.render(other), (image, 0, 2, 1))
 
     def test_the_folder_stays_within_its_limit(self):
-        daemon = self.daemon("--max-structure-dir", "30KiB")
+        daemon = self.daemon("--max-structure-dir", "500KiB")
         image, *counts = self.render(daemon)
         self.assertEqual(counts, [2, 0, 1])
-        self.assertLessEqual(sum(map(os.path.getsize, self.files())), 30 << 10)
+        self.assertLessEqual(sum(map(os.path.getsize, self.files())), 500 << 10)
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ class WideStoreTest : public testing::Test {
 
   /// Whether a new daemon finds the mesh; what it has is what would be built, in any case.
   bool finds(const TriangleMesh& mesh, std::uint64_t limit = kPlenty) const {
-    const MadeTree made = WideStore(folder(), limit, 1).get(mesh);
+    const MadeTree made = WideStore(folder(), limit, 1, 0).get(mesh);
     EXPECT_TRUE(same(made.tree, build_wide(mesh)));
     EXPECT_EQ(reinterpret_cast<std::uintptr_t>(made.tree.nodes.data()) % 64, 0U);
     return made.was_kept;
@@ -94,7 +94,7 @@ TEST_F(WideStoreTest, BuildsAgainWhateverIsWrongWithAFile) {
 
 TEST_F(WideStoreTest, DoesWithoutADiskThatRefuses) {
   const TriangleMesh mesh = icosphere(1);
-  const WideStore store(folder(), kPlenty, 1);
+  const WideStore store(folder(), kPlenty, 1, 0);
   fs::create_directory(file_of(mesh));
   EXPECT_TRUE(same(store.get(mesh).tree, build_wide(mesh))) << "a folder is in the way";
   fs::remove(file_of(mesh));
@@ -128,10 +128,34 @@ TEST_F(WideStoreTest, DropsWhatWasUsedLongestAgo) {
   EXPECT_TRUE(finds(b, limit));
 }
 
+TEST_F(WideStoreTest, KeepsNoSmallMeshes) {
+  const TriangleMesh small = icosphere(4), large = icosphere(5);
+  ASSERT_LT(small.triangles.size(), WideStore::kWorthKeeping);
+  ASSERT_GE(large.triangles.size(), WideStore::kWorthKeeping);
+  const WideStore store(folder(), kPlenty, 1);
+  EXPECT_TRUE(same(store.get(small).tree, build_wide(small)));
+  EXPECT_TRUE(same(store.get(large).tree, build_wide(large)));
+  EXPECT_FALSE(store.get(small).was_kept);
+  EXPECT_TRUE(store.get(large).was_kept);
+  EXPECT_FALSE(fs::exists(file_of(small)));
+}
+
+TEST_F(WideStoreTest, RemovesWhatWasLeftHalfWritten) {
+  fs::create_directories(folder());
+  const fs::path old = folder() / ".receiving-a", fresh = folder() / ".receiving-b", foreign = folder() / "c";
+  for (const fs::path& path : {old, fresh, foreign}) std::ofstream(path) << "half";
+  for (const fs::path& path : {old, foreign})
+    fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  const WideStore store(folder(), kPlenty, 1);
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(fresh)) << "another daemon may be writing it";
+  EXPECT_TRUE(fs::exists(foreign));
+}
+
 TEST_F(WideStoreTest, WhatIsMappedOutlivesItsFile) {
   const TriangleMesh mesh = icosphere(3);
   EXPECT_FALSE(finds(mesh));
-  const MadeTree made = WideStore(folder(), kPlenty, 1).get(mesh);
+  const MadeTree made = WideStore(folder(), kPlenty, 1, 0).get(mesh);
   ASSERT_TRUE(made.was_kept);
   fs::remove_all(folder());
   EXPECT_TRUE(same(made.tree, build_wide(mesh)));
@@ -140,7 +164,7 @@ TEST_F(WideStoreTest, WhatIsMappedOutlivesItsFile) {
 TEST_F(WideStoreTest, ServesManyAtOnce) {
   const TriangleMesh mesh = icosphere(2);
   const WideTree known = build_wide(mesh);
-  const WideStore one(folder(), kPlenty, 1), other(folder(), wide_file_bytes(known), 1);
+  const WideStore one(folder(), kPlenty, 1, 0), other(folder(), wide_file_bytes(known), 1, 0);
   std::vector<std::jthread> threads;
   for (int i = 0; i < 8; ++i)
     threads.emplace_back([&, i] {

@@ -42,15 +42,16 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
   for (int i = 0; i < 3; ++i) {
     const Vec3d row{rows[i * 4], rows[i * 4 + 1], rows[i * 4 + 2]};
     world.error[i] = dot(abs(row), local.error) + back;
+    world.to_smooth[i] = dot(row, local.to_smooth);
   }
   world.geometric_normal = normal_to_world(placement, local.geometric_normal);
   world.shading_normal = normal_to_world(placement, local.shading_normal);
   return world;
 }
 
-Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward) {
+Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away) {
   const Vec3d n = dot(from.geometric_normal, toward) < 0 ? -from.geometric_normal : from.geometric_normal;
-  const Vec3d moved = from.position + n * (2 * dot(abs(n), from.error));
+  const Vec3d moved = from.position + n * (2 * dot(abs(n), from.error)) + away;
   Vec3 origin = to_float(moved);
   for (int i = 0; i < 3; ++i) {
     const float sign = std::copysign(1.0F, static_cast<float>(n[i]));

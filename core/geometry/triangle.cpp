@@ -51,6 +51,14 @@ std::optional<TriangleWeights> exact_weights(const TriangleRay& ray, Vec3 a, Vec
   return w;
 }
 
+/// By Cramer's rule: with all points seen from the origin, the weights mix the corners to −det(a, b, c) · direction.
+double exact_t(const TriangleRay& ray, double sum, Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 o = ray.ray().origin, d = ray.ray().direction;
+  // Most such rays have just left the triangle, which takes no whole numbers to see.
+  if (ray.ray().t_min >= 0 && orientation(a, b, c, o) * (sum * ray.scale_z()) <= 0) return 0;
+  return -volume(o, a, b, c) / (turning(o, d, c, b) + turning(o, d, a, c) + turning(o, d, b, a));
+}
+
 SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], const Vec3* normals) {
   const TriangleWeights w =
       crossing(ray, ray.see(corners[0]), ray.see(corners[1]), ray.see(corners[2]), corners[0], corners[1], corners[2])
@@ -61,10 +69,11 @@ SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], 
 
   SurfacePoint out;
   out.position = a * share[0] + b * share[1] + c * share[2];
-  // Whatever its weights, a mix of corners lies in the triangle's plane, but for roundings: less than 2^-48 of the
-  // largest coordinate, along every axis, since the next ray's test mixes them all into its t.
-  const double stray = max_component(max(abs(a), max(abs(b), abs(c)))) * 0x1p-48;
-  out.error = {stray, stray, stray};
+  // Whatever its weights, a mix of corners lies in the triangle's plane, but for roundings. With ε = 2^-53 and m the
+  // largest coordinate of the corners along an axis: the shares add up to 1 but for 3·ε, which moves the point by 3·ε·m
+  // along that axis, and the mix rounds by 3·ε·m. 32·ε·m is said: the rest is for the normal, which is off by a few ε
+  // of what it is made of, and for the origin of the next ray, which rounds by ε·m before it becomes a float.
+  out.error = max(abs(a), max(abs(b), abs(c))) * 0x1p-48;
   const Vec3d flat = unit_or(cross(b - a, c - a), {0, 0, 1});
   out.geometric_normal = out.shading_normal = flat;
   if (normals && !all_along(flat, normals)) {

@@ -14,8 +14,8 @@ namespace {
 /// Of the image's smaller side.
 constexpr double kMargin = 0.04;
 
-/// How many triangles are looked at one by one, in some 10 ms; of further meshes the box is framed.
-constexpr std::size_t kMostTriangles = 1'000'000;
+/// How many vertices are looked at one by one, in some 10 ms; of further meshes the box is framed.
+constexpr std::size_t kMostVertices = 1'000'000;
 
 /// How far from all there is to see a camera keeps, in sizes of the scene.
 constexpr double kLeastDistance = 0x1p-10;
@@ -57,19 +57,22 @@ Outline corners(const Aabb& box) {
   return out;
 }
 
-/// A mesh, vertex by vertex: copying an outline of it to the world would take its memory again.
-void extend(Reach& reach, const TriangleMesh& mesh, const Object& object) {
-  for (std::size_t i = 0; i < 6; ++i) {
-    Vec3d way = reach.ways[i];
-    double start = 0;
-    if (object.placement) {
-      const auto& m = object.placement->rows();
-      start = dot(way, {m[3], m[7], m[11]});
-      way = {dot(way, {m[0], m[4], m[8]}), dot(way, {m[1], m[5], m[9]}), dot(way, {m[2], m[6], m[10]})};
+/// A mesh, vertex by vertex: copying an outline of it to the world would take its memory again. Vertices that no
+/// triangle uses aren't told from others, but count for nothing outside `box`, that of the triangles.
+void extend(Reach& reach, const TriangleMesh& mesh, const Aabb& box, const Object& object) {
+  std::array<Vec3d, 6> ways = reach.ways;
+  std::array<double, 6> starts{};
+  if (object.placement) {
+    const auto& m = object.placement->rows();
+    for (std::size_t i = 0; i < 6; ++i) {
+      starts[i] = dot(ways[i], {m[3], m[7], m[11]});
+      ways[i] = {dot(ways[i], {m[0], m[4], m[8]}), dot(ways[i], {m[1], m[5], m[9]}), dot(ways[i], {m[2], m[6], m[10]})};
     }
-    for (const TriangleIndices& triangle : mesh.triangles)
-      for (const std::uint32_t vertex : triangle)
-        reach.farthest[i] = std::max(reach.farthest[i], start + dot(way, to_double(mesh.positions[vertex])));
+  }
+  for (const Vec3 p : mesh.positions) {
+    if (!box.contains(p)) continue;
+    for (std::size_t i = 0; i < 6; ++i)
+      reach.farthest[i] = std::max(reach.farthest[i], starts[i] + dot(ways[i], to_double(p)));
   }
 }
 
@@ -78,7 +81,7 @@ void extend(Reach& reach, const TriangleMesh& mesh, const Object& object) {
 Reach reach_of(const Scene& scene, const Aabb& box, double size, const std::array<Vec3d, 6>& ways) {
   Reach reach{ways, {}};
   reach.farthest.fill(-kInfinity);
-  std::size_t triangles_left = kMostTriangles;
+  std::size_t vertices_left = kMostVertices;
   for (const Object& object : scene.objects) {
     const Aabb around = world_bounds(scene, object);
     if (around.empty()) continue;
@@ -89,9 +92,9 @@ Reach reach_of(const Scene& scene, const Aabb& box, double size, const std::arra
     const auto* mesh = std::get_if<TriangleMesh>(&shape);
     if (!mesh) {
       extend(reach, world_outline(object, outline(shape)));
-    } else if (mesh->triangles.size() <= triangles_left) {
-      triangles_left -= mesh->triangles.size();
-      extend(reach, *mesh, object);
+    } else if (mesh->positions.size() <= vertices_left) {
+      vertices_left -= mesh->positions.size();
+      extend(reach, *mesh, local_bounds(scene)[object.shape], object);
     } else {
       reach = most;
     }

@@ -1,4 +1,7 @@
 // Small shadows on large floors: what is known of a surface is known axis by axis.
+#include <functional>
+#include <string_view>
+
 #include <gtest/gtest.h>
 
 #include "core/integrator/spawn.h"

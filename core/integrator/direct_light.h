@@ -15,9 +15,9 @@ namespace tessera {
 /// A point whose light is asked for.
 struct LitPoint {
   const Material* material;
-  /// Of its shadow rays: beside the surface, on the viewer's side. This and what follows isn't read unless lights cast
-  /// shadows.
+  /// Beside the surface, on the viewer's side. This and what follows isn't read unless lights cast shadows.
   Vec3 origin;
+  Vec3 smooth_origin;  ///< The same of the smooth surface that a mesh's normals stand for; `origin` without any.
   PrimitiveId surface;
   Vec3 flat_normal;   ///< Unit, on the viewer's side.
   Vec3 normal;        ///< Unit, on the viewer's side.
@@ -39,6 +39,9 @@ class DirectLight {
   void add(std::span<const LitPoint> points, std::span<Rgb> sums);
 
  private:
+  /// Finds where the points' shadow rays start: on the smooth surface, so that a mesh's faces don't hide its lit side
+  /// from light that grazes it; but on the mesh where something stands in between, so that no light leaks through it.
+  void find_starts(std::span<const LitPoint> points);
   void add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums);
   template <typename Light>
   void add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
@@ -57,6 +60,8 @@ class DirectLight {
   TraceLog log_;
   std::stop_token stop_;
   bool casts_shadows_;
+  std::vector<Vec3> starts_;          ///< For each point.
+  std::vector<std::size_t> bridged_;  ///< The points whose two origins a ray was traced between.
   std::vector<Ray> rays_;
   std::vector<Lit> lit_;  ///< For each ray.
   std::vector<std::uint8_t> hidden_;

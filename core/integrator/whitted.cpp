@@ -51,7 +51,9 @@ void Whitted::shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::
 
   const Vec3 direction = UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   const Shading at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction);
-  point.origin = spawn_origin(at.surface, to_double(at.flat_normal));
+  point.origin = point.smooth_origin = spawn_origin(at.surface, to_double(at.flat_normal));
+  if (dot(at.surface.to_smooth, to_double(at.flat_normal)) > 0)
+    point.smooth_origin = spawn_origin(at.surface, to_double(at.flat_normal), at.surface.to_smooth);
   point.surface = {hit.object, hit.primitive};
   point.flat_normal = at.flat_normal;
   point.normal = at.normal;

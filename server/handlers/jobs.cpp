@@ -75,7 +75,9 @@ Response post_job(Services& services, Request& request) {
   const auto admitted = services.jobs.add(order);
   if (!admitted) return problem_response(admitted.problem());
   const std::optional<Camera>& camera = job->camera ? job->camera : scene->scene->camera;
-  services.runner.start(*admitted, order, scene->scene, camera ? *camera : frame_scene(*scene->scene));
+  services.runner.start(
+      *admitted, order, scene->scene,
+      frame_scene(*scene->scene, job->settings.width, job->settings.height, camera.value_or(kUnplacedCamera)));
 
   const auto view = services.jobs.find(admitted->id);
   Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());

@@ -1,6 +1,7 @@
 """The way of a scene over HTTP: in, rendered, watched, fetched."""
 
 import hashlib
+import math
 import os
 import struct
 import subprocess
@@ -177,6 +178,16 @@ class ApiTest(unittest.TestCase):
         self.assertGreater(stats["mrays_per_second"], 0)
         status = self.daemon.status(job)
         self.assertEqual((status["tiles_done"], status["samples_done"]), (64, 64 * 64 * 2))
+
+    def test_a_scene_is_framed_whatever_the_images_aspect(self):
+        cameras = [{}, {"camera": {"type": "orthographic"}}, {"camera": {"type": "perspective", "direction": [1, 0, 1]}}]
+        for camera in cameras:
+            for width, height in [(100, 400), (400, 100), (100, 100)]:
+                with self.subTest(f"{camera}, {width} x {height}"):
+                    job = self.render({"scene": SPHERE, "image": {"width": width, "height": height}, **camera})
+                    hits = self.get(f"/v1/jobs/{job}/stats").json()["rays"]["camera_hits"]
+                    # A sphere's disc that leaves 4% of 100 pixels free on either side.
+                    self.assertAlmostEqual(hits / (math.pi * 46**2), 1, delta=0.03)
 
     def test_where_nothing_projects_nothing_is_built(self):
         camera = {"type": "perspective", "from": [0, 0, 9], "at": [0, 0, 99], "fov": 60}

@@ -13,7 +13,6 @@
 #include "client/job_document.h"
 #include "client/scene_files.h"
 #include "core/io/image_io.h"
-#include "core/scene/frame_scene.h"
 #include "proto/parse.h"
 #include "server/job.h"
 #include "server/scheduler.h"

@@ -149,6 +149,21 @@ TEST(ParseScene, Cameras) {
   EXPECT_EQ(std::get<OrthographicCamera>(orthographic.camera.value()).view.from, (Vec3{1, 2, 3}));
 }
 
+TEST(ParseScene, CamerasWithoutAPlace) {
+  const Scene given = parsed(R"({"objects": [], "camera": {"type": "perspective", "direction": [0, 0, -2],
+                                 "up": [1, 0, 0], "fov": 90}})");
+  const auto& pinhole = std::get<PerspectiveCamera>(given.camera.value());
+  EXPECT_FALSE(pinhole.view.is_placed);
+  EXPECT_EQ(pinhole.view.at - pinhole.view.from, (Vec3{0, 0, -1}));
+  EXPECT_EQ(pinhole.view.up, (Vec3{1, 0, 0}));
+  EXPECT_FLOAT_EQ(pinhole.vertical_fov, static_cast<float>(std::numbers::pi / 2));
+
+  const Scene bare = parsed(R"({"objects": [], "camera": {"type": "orthographic"}})");
+  const View view = std::get<OrthographicCamera>(bare.camera.value()).view;
+  EXPECT_FALSE(view.is_placed);
+  EXPECT_LT(length(cross(view.at - view.from, kUnplacedView.at - kUnplacedView.from)), 1e-6F);
+}
+
 TEST(ParseScene, InstancesShareTheirShape) {
   const Scene scene = parsed(R"({"geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
     "objects": [{"type": "instance", "of": "ball"}, {"type": "instance", "of": "ball", "transform": {"scale": 2}}]})");

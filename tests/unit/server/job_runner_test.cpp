@@ -55,7 +55,7 @@ class JobRunnerTest : public testing::Test {
 };
 
 TEST_F(JobRunnerTest, RendersAJob) {
-  const JobView job = ended(start(frame_scene(*scene_)));
+  const JobView job = ended(start(frame_scene(*scene_, 32, 32)));
   EXPECT_EQ(job.state, JobState::completed);
   EXPECT_TRUE(job.film->complete());
   EXPECT_EQ(job.progress->tiles(), 16U);
@@ -66,7 +66,7 @@ TEST_F(JobRunnerTest, RendersAJob) {
 }
 
 TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {
-  const Camera camera = frame_scene(*scene_);
+  const Camera camera = frame_scene(*scene_, 32, 32);
   ended(start(camera));
   const auto first = scene_;
   auto same_hash = std::make_shared<Scene>(*scene_);
@@ -92,11 +92,11 @@ TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
   make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) -> std::unique_ptr<const Accel> {
     throw std::runtime_error("no luck");
   };
-  const JobView failed = ended(start(frame_scene(*scene_)));
+  const JobView failed = ended(start(frame_scene(*scene_, 32, 32)));
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.error, "no luck");
   make_ = make_accel;
-  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+  EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32))).state, JobState::completed);
 }
 
 TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
@@ -109,11 +109,11 @@ TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
     AccelStats stats() const override { return {}; }
   };
   make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) { return std::make_unique<const Broken>(); };
-  const JobView failed = ended(start(frame_scene(*scene_), AccelKind::brute));
+  const JobView failed = ended(start(frame_scene(*scene_, 32, 32), AccelKind::brute));
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.error, "a tile broke");
   make_ = make_accel;
-  EXPECT_EQ(ended(start(frame_scene(*scene_), AccelKind::bvh)).state, JobState::completed);
+  EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32), AccelKind::bvh)).state, JobState::completed);
 }
 
 TEST_F(JobRunnerTest, BuildsTheMeshesThatRaysComeTo) {
@@ -162,7 +162,7 @@ TEST_F(JobRunnerTest, ACanceledJobGoesNoFurther) {
     go.get_future().wait();
     return make_accel(std::move(scene), options);
   };
-  const std::string id = start(frame_scene(*scene_));
+  const std::string id = start(frame_scene(*scene_, 32, 32));
   begun.get_future().wait();
   ASSERT_TRUE(jobs_.cancel(id));
   go.set_value();

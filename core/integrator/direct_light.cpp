@@ -1,7 +1,6 @@
 #include "core/integrator/direct_light.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/integrator/spawn.h"
 #include "core/light/illuminate.h"
@@ -9,26 +8,23 @@
 
 namespace tessera {
 
-DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log, std::stop_token stop)
-    : scene_(scene),
-      accel_(accel),
+DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log)
+    : accel_(accel),
       counts_(counts),
       log_(log),
-      stop_(std::move(stop)),
       casts_shadows_(std::ranges::any_of(
           scene.lights, [](const Light& light) { return !std::holds_alternative<AmbientLight>(light); })) {}
 
-void DirectLight::add(std::span<const LitPoint> points, std::span<Rgb> sums) {
-  for (const Light& light : scene_.lights)
-    std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
+void DirectLight::add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+  std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
 }
 
 void DirectLight::add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   for (const LitPoint& point : points) sums[point.sum] = sums[point.sum] + point.material->diffuse * light.radiance;
 }
 
-template <typename Light>
-void DirectLight::add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+template <typename Source>
+void DirectLight::add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   rays_.clear();
   lit_.clear();
   for (const LitPoint& point : points) {
@@ -39,7 +35,7 @@ void DirectLight::add_from(const Light& light, std::span<const LitPoint> points,
     rays_.back().leaves = left_by(in.shadow_ray.direction, point.flat_normal, point.surface);
     lit_.push_back({lit, point.sum});
   }
-  if (rays_.empty() || stop_.stop_requested()) return;
+  if (rays_.empty()) return;
   counts_.shadow += rays_.size();
   hidden_.resize(rays_.size());
   trace(light);

@@ -190,7 +190,7 @@ TEST(Scheduler, AStopDropsUnitsBetweenTwoSteps) {
   const auto owned = std::make_shared<int>(1);
   std::stop_source stop;
   std::promise<void> done;
-  int steps = 0;
+  int steps = 0, steps_after = 0;
   Scheduler scheduler(1, kLong);
   scheduler.submit(
       1,
@@ -200,7 +200,7 @@ TEST(Scheduler, AStopDropsUnitsBetweenTwoSteps) {
       },
       stop.get_token());
   scheduler.submit(1, [&](std::size_t) {
-    if (!stop.stop_requested()) return false;
+    if (!stop.stop_requested() || ++steps_after < 2) return false;  // By the second one, all have had a turn.
     done.set_value();
     return true;
   });
@@ -227,17 +227,16 @@ TEST(Scheduler, ShutsDownBetweenTwoSteps) {
 
 TEST(Scheduler, LongStepsDontHoldUpOthers) {
   Scheduler scheduler(2, std::chrono::milliseconds(1));
-  std::promise<void> go, seen;
-  scheduler.submit(2, wait_for(go));  // Ends only if what waits for the threads runs, and says so.
-  scheduler.submit(100, [&](std::size_t i) {
-    if (i == 99) go.set_value();
-    return true;
-  });
-  scheduler.submit(1, [&](std::size_t) {
-    seen.set_value();
-    return true;
-  });
-  seen.get_future().wait();
+  std::promise<void> go;
+  std::latch left(100 + 1);
+  scheduler.submit(2, wait_for(go));
+  for (const std::size_t count : {100, 1})
+    scheduler.submit(count, [&](std::size_t) {
+      left.count_down();
+      return true;
+    });
+  left.wait();
+  go.set_value();
   EXPECT_TRUE(scheduler.shut_down(kLong));
 }
 

@@ -69,6 +69,7 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.view.id = new_id();
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
+  job.to_be_ended.push_back(job.view.id);
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
   film_bytes_ += film;
@@ -100,7 +101,8 @@ bool JobTable::change_state(Job& job, JobState to) {
 
 bool JobTable::end(Job& job, JobState to, FilmPtr& dropped) {
   if (!change_state(job, to)) return false;
-  job.among_ended = ended_.insert(ended_.end(), job.view.id);
+  job.among_ended = job.to_be_ended.begin();
+  ended_.splice(ended_.end(), job.to_be_ended);
   if (ended_.size() > limits_.ended_jobs) dropped = drop(jobs_.find(ended_.front()));
   return true;
 }
@@ -160,13 +162,13 @@ bool JobTable::complete(const std::string& id, std::optional<StructureUse> struc
   return end(*job, JobState::completed, dropped);
 }
 
-bool JobTable::fail(const std::string& id, const std::string& why) {
+bool JobTable::fail(const std::string& id, std::string why) {
   FilmPtr dropped;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
-  job->view.error = why;
   spdlog::error("job {}: {}", id, why);
+  job->view.error = std::move(why);
   return end(*job, JobState::failed, dropped);
 }
 

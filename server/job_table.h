@@ -51,7 +51,8 @@ class JobTable {
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
   /// `structure` is what it has come to be by the end.
   bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt);
-  bool fail(const std::string& id, const std::string& why);
+  /// Takes no memory.
+  bool fail(const std::string& id, std::string why);
 
   /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays.
   proto::Result<JobView> cancel(const std::string& id);
@@ -74,6 +75,7 @@ class JobTable {
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
     std::uint64_t film_bytes;                      ///< Set aside for it.
+    std::list<std::string> to_be_ended;            ///< Its node of `ended_` until then: so that ending takes no memory.
     std::list<std::string>::iterator among_ended;  ///< Once it has ended.
   };
   using Jobs = std::map<std::string, Job, std::less<>>;

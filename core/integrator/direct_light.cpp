@@ -1,7 +1,6 @@
 #include "core/integrator/direct_light.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/integrator/spawn.h"
 #include "core/light/illuminate.h"
@@ -18,22 +17,19 @@ bool scatters(const Material& material) { return !material.diffuse.is_black() ||
 
 }  // namespace
 
-DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log, std::stop_token stop)
-    : scene_(scene),
-      accel_(accel),
+DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log)
+    : accel_(accel),
       counts_(counts),
       log_(log),
-      stop_(std::move(stop)),
       casts_shadows_(std::ranges::any_of(
           scene.lights, [](const Light& light) { return !std::holds_alternative<AmbientLight>(light); })) {}
 
-void DirectLight::add(std::span<const LitPoint> points, std::span<Rgb> sums) {
-  if (casts_shadows_) find_starts(points);
-  for (const Light& light : scene_.lights)
-    std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
+void DirectLight::add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+  std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
 }
 
-void DirectLight::find_starts(std::span<const LitPoint> points) {
+void DirectLight::begin(std::span<const LitPoint> points) {
+  if (!casts_shadows_) return;
   rays_.clear();
   starts_.clear();
   bridged_.clear();
@@ -44,7 +40,7 @@ void DirectLight::find_starts(std::span<const LitPoint> points) {
     rays_.push_back({point.origin, way, 0, kJustBeyond, left_by(way, point.flat_normal, point.surface)});
     bridged_.push_back(starts_.size() - 1);
   }
-  if (rays_.empty() || stop_.stop_requested()) return;
+  if (rays_.empty()) return;
   counts_.shadow += rays_.size();
   hidden_.resize(rays_.size());
   accel_.occluded(rays_, hidden_, log_);
@@ -56,8 +52,8 @@ void DirectLight::add_from(const AmbientLight& light, std::span<const LitPoint> 
   for (const LitPoint& point : points) sums[point.sum] = sums[point.sum] + point.material->diffuse * light.radiance;
 }
 
-template <typename Light>
-void DirectLight::add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+template <typename Source>
+void DirectLight::add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   rays_.clear();
   lit_.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -69,7 +65,7 @@ void DirectLight::add_from(const Light& light, std::span<const LitPoint> points,
     rays_.back().leaves = left_by(rays_.back().direction, point.flat_normal, point.surface);
     lit_.push_back({lit, point.sum});
   }
-  if (rays_.empty() || stop_.stop_requested()) return;
+  if (rays_.empty()) return;
   counts_.shadow += rays_.size();
   hidden_.resize(rays_.size());
   trace(light);

@@ -169,7 +169,9 @@ struct AroundTiles {
       server::Scheduler scheduler(2);
       scheduler.submit(tiles.size(), [&](std::size_t i) {
         image.store(i, tiles[i].pixels);
-        progress.add_tile(tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area()));
+        progress.add({tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area())}, {});
+        progress.add_tile();
+        return true;
       });
       while (!image.complete()) std::this_thread::sleep_for(std::chrono::microseconds(100));
     }

@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <variant>
 
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
+#include "proto/abandoned.h"
 #include "proto/file_source.h"
 #include "proto/wire/result.h"
 
@@ -41,9 +43,13 @@ struct JobRequest {
 /// Parses a whole scene document and reads the files that it names. Collects up to `kMaxFieldErrors` errors.
 /// `malformed_json` when `bytes` isn't JSON or nests too deep, `invalid_document` otherwise. Never throws on bad
 /// input. May take long (big files): not for an I/O thread.
-Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files, const Limits& limits);
+///
+/// Throws `Abandoned`, and nothing else, soon after `stop` is requested (within some 10 ms), wherever it is then.
+Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files, const Limits& limits,
+                                std::stop_token stop = {});
 
 /// The same for a job document; an inline scene's pointers start with "/scene".
-Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits);
+Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits,
+                             std::stop_token stop = {});
 
 }  // namespace tessera::proto

@@ -52,13 +52,16 @@ Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
 }  // namespace
 
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
-                             const CompanionSource& companions) {
+                             const CompanionSource& companions, std::stop_token stop) {
+  throw_if_abandoned(stop);
   try {
     Imported imported = read(path, format, display_name, companions);
     make_sayable(imported.warnings);
     return imported;
   } catch (BrokenFile& broken) {
     return cannot_import(display_name, std::move(broken.errors));
+  } catch (const Abandoned&) {
+    throw;
   } catch (const std::bad_alloc&) {
     const std::string detail = "There is no memory left to import " + std::string(display_name) + '.';
     return Problem{ProblemCode::out_of_memory_budget, detail, {}};

@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <variant>
 
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
+#include "proto/abandoned.h"
 #include "proto/file_source.h"
 #include "proto/wire/result.h"
 
@@ -35,15 +37,25 @@ struct JobRequest {
   std::variant<ContentHash, ParsedScene> scene;
   std::optional<Camera> camera;
   Settings settings;
+  bool has_image = false;    ///< Whether `settings` has the size from the job's `image`.
+  bool is_one_tile = false;  ///< `settings.tile_size` is to span the image, whatever its size.
   std::string name;
 };
 
 /// Parses a whole scene document and reads the files that it names. Collects up to `kMaxFieldErrors` errors.
 /// `malformed_json` when `bytes` isn't JSON or nests too deep, `invalid_document` otherwise. Never throws on bad
 /// input. May take long (big files): not for an I/O thread.
-Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files, const Limits& limits);
+///
+/// Throws `Abandoned`, and nothing else, soon after `stop` is requested (within some 10 ms), wherever it is then.
+Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files, const Limits& limits,
+                                std::stop_token stop = {});
 
 /// The same for a job document; an inline scene's pointers start with "/scene".
-Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits);
+Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits,
+                             std::stop_token stop = {});
+
+/// Gives a job without an `image` the size that its scene asks for, if it does. The problem, with pointers, when the
+/// job's settings go beyond `limits` with it. `parse_job` has done it for an inline scene.
+std::optional<Problem> take_image(const Scene& scene, const Limits& limits, JobRequest& job);
 
 }  // namespace tessera::proto

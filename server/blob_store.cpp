@@ -48,7 +48,7 @@ proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash)
   return proto::SourceFile{std::move(path), hash};
 }
 
-proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path) const {
+proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path, const std::stop_token& stop) const {
   if (asset_root_.empty())
     return refused(
         "This server has no asset root, so files can't be named by path; upload the file and name it by blob.");
@@ -62,7 +62,7 @@ proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path
   const Problem missing = refused("There is no such file under the asset root.");
   const fs::path path = fs::canonical(asset_root_ / relative, error);
   if (error || !is_within(path, asset_root_) || !fs::is_regular_file(path, error)) return missing;
-  auto hash = proto::hash_file(path);
+  auto hash = proto::hash_file(path, stop);
   if (!hash) return refused("The file can't be read.");
   return proto::SourceFile{path, *std::move(hash)};
 }

@@ -21,15 +21,15 @@ namespace {
 constexpr std::uintmax_t kLargestFile = 4ULL << 30;
 
 Imported read(const std::filesystem::path& path, FileFormat format, std::string_view name,
-              const CompanionSource& companions) {
-  std::string bytes = read_file(path, name, kLargestFile);
+              const CompanionSource& companions, const std::stop_token& stop) {
+  std::string bytes = read_file(path, name, kLargestFile, stop);
   switch (format) {
     case FileFormat::nff:
-      return import_nff(bytes, name);
+      return import_nff(bytes, name, stop);
     case FileFormat::ply:
-      return import_ply(bytes, name);
+      return import_ply(bytes, name, stop);
     case FileFormat::obj:
-      return import_obj(std::move(bytes), name, companions);
+      return import_obj(std::move(bytes), name, companions, stop);
   }
   std::abort();
 }
@@ -52,13 +52,16 @@ Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
 }  // namespace
 
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
-                             const CompanionSource& companions) {
+                             const CompanionSource& companions, std::stop_token stop) {
+  throw_if_abandoned(stop);
   try {
-    Imported imported = read(path, format, display_name, companions);
+    Imported imported = read(path, format, display_name, companions, stop);
     make_sayable(imported.warnings);
     return imported;
   } catch (BrokenFile& broken) {
     return cannot_import(display_name, std::move(broken.errors));
+  } catch (const Abandoned&) {
+    throw;
   } catch (const std::bad_alloc&) {
     const std::string detail = "There is no memory left to import " + std::string(display_name) + '.';
     return Problem{ProblemCode::out_of_memory_budget, detail, {}};

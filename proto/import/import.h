@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/scene/scene.h"
+#include "proto/abandoned.h"
 #include "proto/wire/result.h"
 
 namespace tessera::proto {
@@ -20,13 +22,14 @@ struct ImportedPart {
   std::optional<std::uint32_t> material;
 };
 
-/// A file's content in core's terms. Camera, lights and background come from NFF alone.
+/// A file's content in core's terms. Camera, lights, background and image size come from NFF alone.
 struct Imported {
   std::vector<ImportedPart> parts;
   std::vector<Material> materials;
   std::vector<Light> lights;
   std::optional<Rgb> background;
   std::optional<Camera> camera;
+  std::optional<ImageSize> image;
   std::vector<SceneWarning> warnings;  ///< Dropped triangles, ignored statements, missing MTL files, counted.
 };
 
@@ -34,9 +37,10 @@ struct Imported {
 using CompanionSource = std::function<std::optional<std::filesystem::path>(std::string_view name)>;
 
 /// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines
-/// exist. Never throws, never allocates more than a small multiple of the file's size.
+/// exist. Never allocates more than a small multiple of the file's size. Throws `Abandoned`, and nothing else, soon
+/// after `stop` is requested.
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
-                             const CompanionSource& companions);
+                             const CompanionSource& companions, std::stop_token stop = {});
 
 /// By the ending of a name, in any case; nothing when it is none of ours.
 std::optional<FileFormat> format_of(std::string_view file_name);

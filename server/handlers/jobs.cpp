@@ -67,9 +67,11 @@ std::optional<std::size_t> read_limit(const Request& request) {
 Response post_job(Services& services, Request& request) {
   auto job = proto::parse_job(request.body, services.blobs, services.config.documents);
   if (!job) return problem_response(job.problem());
-  if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
   const auto scene = scene_of(services.scenes, *job);
   if (!scene) return problem_response(scene.problem());
+  if (const auto problem = take_image(*scene->scene, services.config.documents, *job))
+    return problem_response(*problem);
+  if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
 
   const JobOrder order{job->name, scene->hash, scene->scene->warnings.size(), job->settings};
   const auto admitted = services.jobs.add(order);

@@ -86,6 +86,20 @@ class ApiTest(unittest.TestCase):
             answers.append(reply.json())
         self.assertEqual([answer["primitives"] for answer in answers], [2, 2])
 
+    def test_an_nff_file_sizes_the_image_unless_the_job_does(self):
+        with open(os.path.join(self.assets.name, "ball.nff"), "w", encoding="ascii") as file:
+            file.write("v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 24 16\nl 5 5 5\ns 0 0 0 1\n")
+        scene = {"objects": [{"type": "file", "path": "ball.nff"}]}
+        by_hash = self.daemon.request("POST", "/v1/scenes", scene).json()["scene"]
+        for named in (scene, by_hash):
+            status = self.daemon.status(self.render({"scene": named}))
+            self.assertEqual((status["width"], status["height"]), (24, 16))
+            status = self.daemon.status(self.render({"scene": named, "image": {"width": 8, "height": 9}}))
+            self.assertEqual((status["width"], status["height"]), (8, 9))
+            refused = self.daemon.request("POST", "/v1/jobs", {"scene": named, "settings": {"samples": 4294967295}})
+            self.assertEqual(refused.status, 422, refused.body)
+            self.assertEqual(refused.json()["errors"][0]["pointer"], "/settings/samples")
+
     def test_a_large_upload_waits_for_100_continue(self):
         blob = os.urandom(3 << 20)
         with tempfile.NamedTemporaryFile() as file:

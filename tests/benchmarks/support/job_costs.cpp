@@ -119,7 +119,7 @@ class FilesBeside final : public proto::FileSource {
  public:
   explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
   proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a blob"); }
-  proto::Result<proto::SourceFile> asset(std::string_view name) const override {
+  proto::Result<proto::SourceFile> asset(std::string_view name, const std::stop_token&) const override {
     return proto::SourceFile{folder_ / name, *proto::hash_file(folder_ / name)};
   }
 

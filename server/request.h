@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,7 @@ struct Request {
   std::string parameter;                       ///< The path segment that stands at the route's {…}; may be empty.
   std::string body;                            ///< Where the route takes a document.
   std::unique_ptr<ReceivedFile> file;          ///< Where the route takes a file.
+  std::stop_token abandoned;                   ///< Requested when nobody waits for the answer any more.
 
   /// The header's value, or nothing.
   std::optional<std::string_view> header(const std::string& lower_case_name) const;

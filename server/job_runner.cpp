@@ -16,7 +16,7 @@ struct JobRunner::Run {
   Run(const Run&) = delete;
   ~Run() {
     try {
-      if (structure) structures.recount(scene_hash, *structure);
+      if (structure) structures.recount(scene_hash, structure);
     } catch (const std::bad_alloc&) {  // The next job with this structure has it counted.
     }
   }
@@ -109,7 +109,9 @@ void JobRunner::render_one_tile(Run& run, std::size_t index) {
   run.film->store(index, tile->pixels);
   run.job.progress->add_tile(tile->rays, tile->tests,
                              static_cast<std::uint64_t>(tile->pixels.rect.area()) * run.settings.samples);
-  if (--run.tiles_left == 0) jobs_.complete(run.job.id, run.structure_use());
+  if (--run.tiles_left > 0) return;
+  run.film.reset();  // The table's alone now: it can give way as soon as the job has ended.
+  jobs_.complete(run.job.id, run.structure_use());
 }
 
 }  // namespace tessera::server

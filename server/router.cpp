@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "proto/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/media_type.h"
@@ -128,6 +129,8 @@ std::variant<const Route*, Response> find_route(Request& request) {
 Response run_handler(const Route& route, Services& services, Request& request) {
   try {
     return route.handle(services, request);
+  } catch (const proto::Abandoned&) {
+    return {};  // Nobody is there to read it.
   } catch (const std::exception& error) {
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
     return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});

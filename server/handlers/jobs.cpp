@@ -1,5 +1,6 @@
 #include <charconv>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -34,9 +35,10 @@ Problem at_scene(const Problem& problem) {
   return {ProblemCode::invalid_document, kUnusable, {{"/scene", kUnusable + (' ' + why)}}};
 }
 
-proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job) {
+proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job,
+                                            const std::stop_token& abandoned) {
   if (auto* parsed = std::get_if<proto::ParsedScene>(&job.scene)) return scenes.share(std::move(*parsed));
-  auto found = scenes.find(std::get<proto::ContentHash>(job.scene));
+  auto found = scenes.find(std::get<proto::ContentHash>(job.scene), abandoned);
   if (!found) return at_scene(found.problem());
   return found;
 }
@@ -65,10 +67,10 @@ std::optional<std::size_t> read_limit(const Request& request) {
 }  // namespace
 
 Response post_job(Services& services, Request& request) {
-  auto job = proto::parse_job(request.body, services.blobs, services.config.documents);
+  auto job = proto::parse_job(request.body, services.blobs, services.config.documents, request.abandoned);
   if (!job) return problem_response(job.problem());
   if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
-  const auto scene = scene_of(services.scenes, *job);
+  const auto scene = scene_of(services.scenes, *job, request.abandoned);
   if (!scene) return problem_response(scene.problem());
 
   const JobOrder order{job->name, scene->hash, scene->scene->warnings.size(), job->settings};

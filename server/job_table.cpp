@@ -49,19 +49,50 @@ std::string JobTable::new_id() {
   return id;
 }
 
-proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
-  const std::uint64_t film = Film::memory_bytes(order.settings.width, order.settings.height, order.settings.aovs);
-  const std::lock_guard lock(mutex_);
+std::uint64_t JobTable::leaving() {
+  std::erase_if(leaving_, [](const auto& film) { return film.first.expired(); });
+  std::uint64_t bytes = 0;
+  for (const auto& film : leaving_) bytes += film.second;
+  return bytes;
+}
+
+void JobTable::make_room(std::uint64_t film, Films& dropped) {
+  // Films that are still being read are few, for an image is read by a thread that encodes it, and soon gone: more
+  // ended ones make room for them, but no job is refused for them.
+  for (std::uint64_t others = leaving() + film;
+       !ended_images_.empty() && unfinished_bytes_ + ended_bytes_ + others > limits_.film_bytes;
+       others = leaving() + film)
+    drop_film(jobs_.find(ended_images_.front())->second, dropped);
+}
+
+std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
   if (closed_)
     return Problem{ProblemCode::shutting_down, "The server is about to stop; submit the job again soon.", {}};
   if (unfinished_ >= limits_.unfinished_jobs)
     return Problem{ProblemCode::too_many_jobs,
                    std::to_string(unfinished_) + " jobs haven't ended; submit this one when fewer are left.",
                    {}};
-  if (film > limits_.film_bytes - film_bytes_)
+  if (film > limits_.film_bytes - unfinished_bytes_)
     return Problem{ProblemCode::out_of_memory_budget,
-                   "The images of all jobs fill the memory set aside for them; delete jobs that have ended.",
+                   "The images of jobs that haven't ended fill the memory set aside for images; submit this one when "
+                   "fewer are left.",
                    {}};
+  return std::nullopt;
+}
+
+std::optional<Problem> JobTable::refusal(const Settings& settings) const {
+  std::uint64_t film = Film::memory_bytes(settings.width, settings.height, settings.aovs);
+  const std::lock_guard lock(mutex_);
+  if (unfinished_ > 0) film = std::min(film, unfinished_bytes_ / unfinished_);
+  return refusal_of(std::min(film, limits_.film_bytes));
+}
+
+proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
+  const std::uint64_t film = Film::memory_bytes(order.settings.width, order.settings.height, order.settings.aovs);
+  Films dropped;  // Freed after the lock is.
+  const std::lock_guard lock(mutex_);
+  if (auto problem = refusal_of(film)) return *std::move(problem);
+  make_room(film, dropped);
 
   Job job;
   job.progress = std::make_shared<Progress>();
@@ -71,7 +102,7 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.view.progress = job.progress;
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
-  film_bytes_ += film;
+  unfinished_bytes_ += film;
   ++unfinished_;
   Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
   spdlog::info("job {}: queued", job.view.id);
@@ -92,26 +123,34 @@ bool JobTable::change_state(Job& job, JobState to) {
     view.times.ended = now;
     --unfinished_;
     job.stop.request_stop();
-    if (!view.film) film_bytes_ -= std::exchange(job.film_bytes, 0);
+    unfinished_bytes_ -= job.film_bytes;
+    if (job.film) ended_bytes_ += job.film_bytes;
   }
   spdlog::info("job {}: {}", view.id, proto::name(to));
   return true;
 }
 
-bool JobTable::end(Job& job, JobState to, FilmPtr& dropped) {
+bool JobTable::end(Job& job, JobState to, Films& dropped) {
   if (!change_state(job, to)) return false;
   job.among_ended = ended_.insert(ended_.end(), job.view.id);
-  if (ended_.size() > limits_.ended_jobs) dropped = drop(jobs_.find(ended_.front()));
+  if (job.film) job.among_images = ended_images_.insert(ended_images_.end(), job.view.id);
+  if (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), dropped);
   return true;
 }
 
-JobTable::FilmPtr JobTable::drop(Jobs::iterator ended) {
+void JobTable::drop_film(Job& job, Films& dropped) {
+  if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
+  dropped.push_back(std::move(job.film));
+  ended_bytes_ -= job.film_bytes;
+  ended_images_.erase(job.among_images);
+  job.view.image = proto::ImageState::gone;
+}
+
+void JobTable::drop(Jobs::iterator ended, Films& dropped) {
   Job& job = ended->second;
-  FilmPtr film = std::move(job.view.film);
-  film_bytes_ -= job.film_bytes;
+  if (job.film) drop_film(job, dropped);
   ended_.erase(job.among_ended);
   jobs_.erase(ended);
-  return film;
 }
 
 JobTable::Job* JobTable::find_unfinished(const std::string& id) {
@@ -147,21 +186,24 @@ bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse
   Job* job = find_unfinished(id);
   if (!job) return false;
   job->view.structure = structure;
-  job->view.film = std::move(film);
+  job->film = std::move(film);
+  job->view.image = proto::ImageState::partial;
   return change_state(*job, JobState::rendering);
 }
 
 bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure) {
-  FilmPtr dropped;  // Freed after the lock is.
+  Films dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
   if (structure) job->view.structure = structure;
-  return end(*job, JobState::completed, dropped);
+  if (!end(*job, JobState::completed, dropped)) return false;
+  job->view.image = proto::ImageState::complete;
+  return true;
 }
 
 bool JobTable::fail(const std::string& id, const std::string& why) {
-  FilmPtr dropped;
+  Films dropped;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
@@ -171,7 +213,7 @@ bool JobTable::fail(const std::string& id, const std::string& why) {
 }
 
 proto::Result<JobView> JobTable::cancel(const std::string& id) {
-  FilmPtr dropped;
+  Films dropped;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
@@ -183,7 +225,7 @@ proto::Result<JobView> JobTable::cancel(const std::string& id) {
 }
 
 std::optional<Problem> JobTable::remove(const std::string& id) {
-  FilmPtr film;  // Freed after the lock is.
+  Films dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
@@ -191,7 +233,7 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
     return Problem{ProblemCode::job_still_active,
                    "The job is " + std::string(proto::name(found->second.view.state)) + "; cancel it first.",
                    {}};
-  film = drop(found);
+  drop(found, dropped);
   return std::nullopt;
 }
 
@@ -200,6 +242,23 @@ proto::Result<JobView> JobTable::find(const std::string& id) const {
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
   return found->second.view;
+}
+
+proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return no_such_job();
+  const Job& job = found->second;
+  if (job.film) return job.film;
+  if (job.view.image == proto::ImageState::gone)
+    return Problem{
+        ProblemCode::image_gone,
+        "The image gave way to those of younger jobs. Submit the job again and fetch its image sooner, or have "
+        "the server set more memory aside (--max-film-memory).",
+        {}};
+  return Problem{ProblemCode::image_not_ready,
+                 "The job is " + std::string(proto::name(job.view.state)) + "; there is nothing of its image.",
+                 {}};
 }
 
 std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, std::optional<JobState> state) const {
@@ -211,7 +270,7 @@ std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, s
 }
 
 void JobTable::shut_down() {
-  FilmPtr dropped;
+  Films dropped;
   const std::lock_guard lock(mutex_);
   closed_ = true;
   for (auto& [id, job] : jobs_) end(job, JobState::canceled, dropped);  // The job at hand isn't what is forgotten.

@@ -24,7 +24,8 @@ std::optional<Target> parse_target(std::string_view text);
 
 /// What a handler sees of a request: nothing of sockets.
 struct Request {
-  std::string method;  ///< "GET" also where HEAD was asked: the session leaves the body away.
+  std::string method;    ///< "GET" also where HEAD was asked: the session leaves the body away.
+  bool is_head = false;  ///< HEAD was asked.
   Target target;
   std::map<std::string, std::string> headers;  ///< Names in lower case; repeated ones joined by ", ".
   std::string parameter;                       ///< The path segment that stands at the route's {…}; may be empty.

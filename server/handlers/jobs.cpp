@@ -10,6 +10,8 @@
 #include "server/blob_store.h"
 #include "server/config.h"
 #include "server/handlers/handlers.h"
+#include "server/image_cache.h"
+#include "server/image_choice.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
 #include "server/query_errors.h"
@@ -36,7 +38,7 @@ Problem at_scene(const Problem& problem) {
 }
 
 proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job,
-                                            const std::stop_token& abandoned) {
+                                           const std::stop_token& abandoned) {
   if (auto* parsed = std::get_if<proto::ParsedScene>(&job.scene)) return scenes.share(std::move(*parsed));
   auto found = scenes.find(std::get<proto::ContentHash>(job.scene), abandoned);
   if (!found) return at_scene(found.problem());
@@ -52,6 +54,19 @@ std::optional<Problem> refuse_size(const Settings& settings, const Config& confi
       "The image is too large for this server.",
       {{"/image", "Its " + std::to_string(bytes) + " bytes exceed the " + std::to_string(config.max_film_memory) +
                       " that the server has for images; ask for fewer pixels or AOVs."}}};
+}
+
+/// An image that would be rendered and then couldn't be fetched, or a plane of it.
+std::optional<Problem> refuse_without_format(const Settings& settings) {
+  Problem problem{ProblemCode::invalid_document, "No image format can hold this image.", {}};
+  for (const PlaneEntry& plane : plane_table()) {
+    const bool is_rendered = plane.plane == Plane::color || (plane.aov && settings.aovs.contains(*plane.aov));
+    if (!is_rendered || !able_formats(plane.plane, settings).empty()) continue;
+    problem.errors.push_back({"/image", (plane.name.empty() ? "Its colour" : "Its " + std::string(plane.name)) +
+                                            " fits into no format; make width or height smaller."});
+  }
+  if (problem.errors.empty()) return std::nullopt;
+  return problem;
 }
 
 std::optional<std::size_t> read_limit(const Request& request) {
@@ -70,6 +85,7 @@ Response post_job(Services& services, Request& request) {
   auto job = proto::parse_job(request.body, services.blobs, services.config.documents, request.abandoned);
   if (!job) return problem_response(job.problem());
   if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
+  if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
   const auto scene = scene_of(services.scenes, *job, request.abandoned);
   if (!scene) return problem_response(scene.problem());
 
@@ -117,6 +133,7 @@ Response cancel_job(Services& services, Request& request) {
 
 Response delete_job(Services& services, Request& request) {
   if (const auto problem = services.jobs.remove(request.parameter)) return problem_response(*problem);
+  services.images.drop_all(request.parameter + ' ');
   return {204, {}, ""};
 }
 

@@ -99,6 +99,17 @@ class BadInputTest(unittest.TestCase):
             self.assertEqual(daemon.request("GET", "/readyz").status, 200)
             self.assertEqual(daemon.wait_ended(daemon.submit(half))["image"], "complete")
 
+    def test_an_image_that_no_format_can_hold(self):
+        """Beyond 2^31 - 1 columns there is none: told before it is rendered."""
+        with Daemon("--max-pixels", str(1 << 33), "--max-film-memory", "1TiB") as daemon:
+            job = {"scene": SPHERE, "image": {"width": 1 << 31, "height": 1}, "settings": {"aovs": ["depth"]}}
+            for size in ({"width": 1 << 31, "height": 1}, {"width": 1, "height": 1 << 31}):
+                reply = daemon.request("POST", "/v1/jobs", {**job, "image": size})
+                self.assertEqual((reply.status, reply.json()["code"]), (422, "invalid_document"))
+                errors = reply.json()["errors"]
+                self.assertEqual([error["pointer"] for error in errors], ["/image", "/image"])
+                self.assertTrue(all("fits into no format" in error["detail"] for error in errors), errors)
+
     def test_wrong_fields_all_at_once(self):
         scene = {"objects": [{"type": "sphere", "center": [0, 0], "radius": -1}, {"type": "blob"}], "colour": 1}
         problem = self.refused(422, "invalid_document", "POST", "/v1/scenes", scene)

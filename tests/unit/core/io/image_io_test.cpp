@@ -14,6 +14,7 @@
 #include "core/io/heat_color.h"
 #include "core/io/oiio/write_with_oiio.h"
 #include "core/io/png_file.h"
+#include "tests/support/effort.h"
 
 namespace tessera {
 namespace {
@@ -287,6 +288,28 @@ TEST(ImageIo, EveryFormatTakesTheSizesThatItSays) {
           EXPECT_GT(image.value<std::uint8_t>(last + 1), is_jpeg ? 40 : 254) << "JPEG's blocks may blur it";
       }
   }
+}
+
+/// As many pixels as a daemon takes unless told otherwise, in one row and in one column.
+TEST(ImageIo, EncodesTheLargestImages) {
+  if (!long_tests()) GTEST_SKIP() << "takes some GB, and some minutes: TESSERA_LONG_TESTS=1";
+  constexpr std::int32_t kMost = 1 << 26;
+  for (const Size size : {Size{kMost, 1}, Size{1, kMost}})
+    for (const ImageFormat format : {ImageFormat::png, ImageFormat::exr, ImageFormat::hdr}) {
+      SCOPED_TRACE(testing::Message() << size.width << " × " << size.height << ' ' << name_of(format));
+      const auto file = encode(Pixels({0, 0, size.width, size.height}, {}), Plane::color, {format, {}});
+      ASSERT_TRUE(file);
+      if (format == ImageFormat::png) {
+        EXPECT_EQ(png_size(*file).width, size.width);
+        EXPECT_EQ(png_size(*file).height, size.height);
+        continue;
+      }
+      OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file->data()), file->size());
+      const auto in = OIIO::ImageInput::open(name_of(format), nullptr, &memory);
+      ASSERT_TRUE(in) << OIIO::geterror();
+      EXPECT_EQ(in->spec().width, size.width);
+      EXPECT_EQ(in->spec().height, size.height);
+    }
 }
 
 TEST(ImageIo, SizesThatNoFileHoldsAreRefused) {

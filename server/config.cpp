@@ -56,7 +56,8 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   flag("--max-jobs", config.max_jobs, "Most jobs that haven't ended");
   flag("--max-ended-jobs", config.max_ended_jobs, "Most jobs that have ended; the oldest are forgotten")
       ->check(CLI::Range(1U, 0xFFFF'FFFFU));
-  size("--max-film-memory", config.max_film_memory, "Images of all jobs together");
+  size("--max-film-memory", config.max_film_memory, "Images of all jobs together; the oldest of ended jobs give way");
+  size("--image-cache", config.image_cache, "Encoded images to keep");
   size("--scene-cache", config.scene_cache, "Parsed scenes to keep");
   size("--structure-cache", config.structure_cache, "Built structures to keep");
   flag("--structure-dir", paths.structure_dir,

@@ -25,7 +25,8 @@ struct Config {
   std::uint64_t max_bodies = 1ULL << 30;       ///< Of all JSON documents held at once.
   std::uint32_t max_jobs = 1000;               ///< Jobs that haven't ended.
   std::uint32_t max_ended_jobs = 10000;        ///< Jobs that have ended and are still known.
-  std::uint64_t max_film_memory = 4ULL << 30;  ///< Of the images of all jobs that haven't been deleted.
+  std::uint64_t max_film_memory = 4ULL << 30;  ///< Of the images of all jobs; those of ended jobs give way.
+  std::uint64_t image_cache = 256ULL << 20;    ///< Encoded images kept for the next request.
   std::uint64_t scene_cache = 2ULL << 30;      ///< Parsed scenes kept for the next job.
   std::uint64_t structure_cache = 4ULL << 30;  ///< Built structures kept for the next job.
   std::optional<std::filesystem::path> structure_dir;  ///< Where they are kept for the next start, if anywhere,

@@ -26,6 +26,7 @@
 #include "core/math/float_environment.h"
 #include "server/blob_store.h"
 #include "server/data_folder.h"
+#include "server/image_cache.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
 #include "server/listener.h"
@@ -74,9 +75,10 @@ struct Backend {
         wide_store(open_wide_store(config)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
         jobs({config.max_jobs, config.max_ended_jobs, config.max_film_memory}),
+        images(config.image_cache),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
-        services{config, blobs, scenes, jobs, runner} {}
+        services{config, blobs, scenes, jobs, images, runner} {}
 
   DataFolder folder;
   BlobStore blobs;
@@ -84,6 +86,7 @@ struct Backend {
   std::optional<WideStore> wide_store;
   StructureCache structures;
   JobTable jobs;
+  ImageCache images;
   Scheduler scheduler;
   JobRunner runner;
   Services services;

@@ -1,9 +1,11 @@
 #include "server/image_choice.h"
 
 #include <algorithm>
+#include <charconv>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "proto/names.h"
 #include "server/media_type.h"
@@ -25,19 +27,16 @@ std::span<const FormatEntry> format_table() {
 }
 
 std::span<const PlaneEntry> plane_table() {
-  using enum ImageFormat;
-  const auto row = [](Plane plane, Aov aov, std::set<ImageFormat> formats) {
-    return PlaneEntry{plane, aov, name_of(proto::aov_names(), aov), std::move(formats)};
-  };
+  const auto row = [](Plane plane, Aov aov) { return PlaneEntry{plane, aov, name_of(proto::aov_names(), aov)}; };
   static const std::vector<PlaneEntry> table = {
-      {Plane::color, std::nullopt, "", {png, jpeg, exr, hdr}},
-      row(Plane::depth, Aov::depth, {png, jpeg, exr}),
-      row(Plane::normal, Aov::normal, {png, jpeg, exr, hdr}),
-      row(Plane::primitive_id, Aov::primitive_id, {png, jpeg, exr}),
-      row(Plane::object_id, Aov::object_id, {png, jpeg, exr}),
-      row(Plane::cost_volumes, Aov::cost_volumes, {png, jpeg, exr, hdr}),
-      row(Plane::cost_primitives, Aov::cost_primitives, {png, jpeg, exr, hdr}),
-      {Plane::all, std::nullopt, "all", {exr}},
+      {Plane::color, std::nullopt, ""},
+      row(Plane::depth, Aov::depth),
+      row(Plane::normal, Aov::normal),
+      row(Plane::primitive_id, Aov::primitive_id),
+      row(Plane::object_id, Aov::object_id),
+      row(Plane::cost_volumes, Aov::cost_volumes),
+      row(Plane::cost_primitives, Aov::cost_primitives),
+      {Plane::all, std::nullopt, "all"},
   };
   return table;
 }
@@ -74,14 +73,44 @@ bool read_partial(const Request& request, QueryErrors& errors) {
   return value == "1";
 }
 
+constexpr int kDefaultQuality = 95;
+/// From here on colours are as sharp as brightness, unless asked otherwise: who wants so good a picture wants fine
+/// lines in it to keep their colours.
+constexpr int kSharpQuality = 90;
+
+/// As asked for, or as it fits.
+JpegOptions read_jpeg(const Request& request, QueryErrors& errors) {
+  JpegOptions jpeg{kDefaultQuality, Subsampling::s444};
+  if (const auto text = request.query("quality")) {
+    const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), jpeg.quality);
+    if (error != std::errc() || end != text->data() + text->size() || jpeg.quality < 1 || jpeg.quality > 100)
+      errors.add("quality", "Give a whole number from 1 to 100.");
+  }
+  const auto asked = request.query("subsampling");
+  if (!asked) {
+    if (jpeg.quality < kSharpQuality) jpeg.subsampling = Subsampling::s420;
+  } else if (*asked == "4:2:2") {
+    jpeg.subsampling = Subsampling::s422;
+  } else if (*asked == "4:2:0") {
+    jpeg.subsampling = Subsampling::s420;
+  } else if (*asked != "4:4:4") {
+    errors.add("subsampling", "Give one of 4:4:4, 4:2:2 and 4:2:0.");
+  }
+  return jpeg;
+}
+
+bool can_hold(ImageFormat format, Plane plane, const Settings& settings) {
+  return tessera::can_hold(format, plane, settings.width, settings.height, settings.aovs);
+}
+
 /// Precondition: `format`, where it is asked for, is known.
-Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plane) {
+Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plane, const Settings& settings) {
   const auto asked = request.query("format");
   const std::string_view accept = request.header("accept").value_or("*/*");
   std::optional<FormatEntry> best;
   double best_weight = 0;
   for (const FormatEntry& entry : format_table()) {
-    if (!plane.formats.contains(entry.format)) continue;
+    if (!can_hold(entry.format, plane.plane, settings)) continue;
     const double weight = asked ? (entry.name == *asked ? 1 : 0) : acceptance(accept, entry.media_type);
     if (weight > best_weight) {
       best = entry;
@@ -89,29 +118,47 @@ Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plan
     }
   }
   if (best) return *best;
-  std::string able;
-  for (const FormatEntry& entry : format_table())
-    if (plane.formats.contains(entry.format))
-      able += (able.empty() ? "" : ", ") + std::string(entry.name) + " (" + std::string(entry.media_type) + ")";
-  return Problem{ProblemCode::not_acceptable, "This image comes as " + able + ".", {}};
+  return Problem{ProblemCode::not_acceptable,
+                 "This image, of " + std::to_string(settings.width) + " × " + std::to_string(settings.height) +
+                     " pixels, comes as " + able_formats(plane.plane, settings) + ".",
+                 {}};
+}
+
+/// What only JPEG has.
+void check_only_jpeg(const Request& request, const FormatEntry& format, QueryErrors& errors) {
+  if (format.format == ImageFormat::jpeg) return;
+  for (const char* name : {"quality", "subsampling"})
+    if (request.query(name))
+      errors.add(name, "Only JPEG has this, and the image comes as " + std::string(format.name) + "; add format=jpeg.");
 }
 
 }  // namespace
 
-Result<ImageChoice> choose_image(const Request& request, const std::set<Aov>& recorded) {
+std::string able_formats(Plane plane, const Settings& settings) {
+  std::string able;
+  for (const FormatEntry& entry : format_table())
+    if (can_hold(entry.format, plane, settings))
+      able += (able.empty() ? "" : ", ") + std::string(entry.name) + " (" + std::string(entry.media_type) + ")";
+  return able;
+}
+
+Result<ImageChoice> choose_image(const Request& request, const Settings& settings) {
   QueryErrors errors;
   const bool partial = read_partial(request, errors);
   const auto plane = read_plane(request, errors);
   check_format(request, errors);
+  const JpegOptions jpeg = read_jpeg(request, errors);
   if (!errors.empty()) return std::move(errors).as_problem();
-  if (plane->aov && !recorded.contains(*plane->aov))
+  if (plane->aov && !settings.aovs.contains(*plane->aov))
     return Problem{
         ProblemCode::not_found,
         "The job didn't record " + std::string(plane->name) + "; ask for it in /settings/aovs when you submit it.",
         {}};
-  const auto format = choose_format(request, *plane);
+  const auto format = choose_format(request, *plane, settings);
   if (!format) return format.problem();
-  return ImageChoice{plane->plane, *format, partial};
+  check_only_jpeg(request, *format, errors);
+  if (!errors.empty()) return std::move(errors).as_problem();
+  return ImageChoice{plane->plane, *format, jpeg, partial};
 }
 
 }  // namespace tessera::server

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,24 +21,29 @@ struct FormatEntry {
 };
 std::span<const FormatEntry> format_table();
 
-/// A value of `?aov=`, and the formats that can hold it.
+/// A value of `?aov=`.
 struct PlaneEntry {
   Plane plane;
   std::optional<Aov> aov;  ///< That a job has to record for it; none for the colour and for `all`.
   std::string_view name;   ///< Empty for the colour, which is what comes without the parameter.
-  std::set<ImageFormat> formats;
 };
 std::span<const PlaneEntry> plane_table();
 
 struct ImageChoice {
   Plane plane;
   FormatEntry format;
+  JpegOptions jpeg;
   bool partial;
 };
 
-/// The image that a request asks for by `?aov=`, `?partial=`, `?format=` or else its Accept header, of a job that
-/// recorded these AOVs. Refusals: `malformed_request` for a value that means nothing, `not_found` for an AOV that
-/// wasn't recorded, `not_acceptable` when no format that is accepted can hold the plane.
-proto::Result<ImageChoice> choose_image(const Request& request, const std::set<Aov>& recorded);
+/// The formats that can hold a plane of an image that is rendered with these settings, as a list for people: "png
+/// (image/png), ...". Empty when there are none.
+std::string able_formats(Plane plane, const Settings& settings);
+
+/// The image that a request asks for by `?aov=`, `?partial=`, `?format=` or else its Accept header, and for JPEG
+/// `?quality=` and `?subsampling=`, of a job that is rendered with these settings. Refusals: `malformed_request` for a
+/// value that means nothing, also with this format; `not_found` for an AOV that wasn't recorded; `not_acceptable` when
+/// no format that is accepted can hold the plane, or an image of this size.
+proto::Result<ImageChoice> choose_image(const Request& request, const Settings& settings);
 
 }  // namespace tessera::server

@@ -98,6 +98,7 @@ proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) 
   status.id = job.id;
   status.name = job.order->name;
   status.state = job.state;
+  status.image = job.image;
   status.scene = job.order->scene_hash;
   status.width = job.order->settings.width;
   status.height = job.order->settings.height;

@@ -11,7 +11,6 @@
 
 #include "core/accel/object_marks.h"
 #include "core/accel/test_counts.h"
-#include "core/film/film.h"
 #include "core/integrator/ray_counts.h"
 #include "core/plan/plan.h"
 #include "core/scene/settings.h"
@@ -95,7 +94,7 @@ struct JobView {
   std::shared_ptr<const PlanReport> plan;     ///< Once it has been made.
   std::shared_ptr<const ObjectMarks> tested;  ///< Together with the plan: the objects that rays have been tested with.
   std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one; anew at completion.
-  std::shared_ptr<const Film> film;           ///< Once it renders, and as long as the job isn't deleted.
+  proto::ImageState image = proto::ImageState::none;
   std::shared_ptr<const Progress> progress;
 };
 

@@ -70,7 +70,7 @@ struct JobRunner::Run {
   Run(const Run&) = delete;
   ~Run() {
     try {
-      if (structure) structures.recount(scene_hash, *structure);
+      if (structure) structures.recount(scene_hash, structure);
     } catch (const std::bad_alloc&) {  // The next job with this structure has it counted.
     }
   }
@@ -182,7 +182,9 @@ bool JobRunner::render_tile(Run& run, std::size_t index) {
     return false;
   }
   run.job.progress->add_tile();
-  if (--run.tiles_left == 0) jobs_.complete(run.job.id, run.structure_use());
+  if (--run.tiles_left > 0) return true;
+  run.film.reset();  // The table's alone now: it can give way as soon as the job has ended.
+  jobs_.complete(run.job.id, run.structure_use());
   return true;
 }
 

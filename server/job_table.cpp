@@ -1,6 +1,7 @@
 #include "server/job_table.h"
 
 #include <algorithm>
+#include <new>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -49,19 +50,50 @@ std::string JobTable::new_id() {
   return id;
 }
 
-proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
-  const std::uint64_t film = Film::memory_bytes(order.settings.width, order.settings.height, order.settings.aovs);
-  const std::lock_guard lock(mutex_);
+std::uint64_t JobTable::leaving() {
+  std::erase_if(leaving_, [](const auto& film) { return film.first.expired(); });
+  std::uint64_t bytes = 0;
+  for (const auto& film : leaving_) bytes += film.second;
+  return bytes;
+}
+
+void JobTable::make_room(std::uint64_t film, Films& dropped) {
+  // Films that are still being read are few, for an image is read by a thread that encodes it, and soon gone: more
+  // ended ones make room for them, but no job is refused for them.
+  for (std::uint64_t others = leaving() + film;
+       !ended_images_.empty() && unfinished_bytes_ + ended_bytes_ + others > limits_.film_bytes;
+       others = leaving() + film)
+    drop_film(jobs_.find(ended_images_.front())->second, dropped);
+}
+
+std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
   if (closed_)
     return Problem{ProblemCode::shutting_down, "The server is about to stop; submit the job again soon.", {}};
   if (unfinished_ >= limits_.unfinished_jobs)
     return Problem{ProblemCode::too_many_jobs,
                    std::to_string(unfinished_) + " jobs haven't ended; submit this one when fewer are left.",
                    {}};
-  if (film > limits_.film_bytes - film_bytes_)
+  if (film > limits_.film_bytes - unfinished_bytes_)
     return Problem{ProblemCode::out_of_memory_budget,
-                   "The images of all jobs fill the memory set aside for them; delete jobs that have ended.",
+                   "The images of jobs that haven't ended fill the memory set aside for images; submit this one when "
+                   "fewer are left.",
                    {}};
+  return std::nullopt;
+}
+
+std::optional<Problem> JobTable::refusal(const Settings& settings) const {
+  std::uint64_t film = Film::memory_bytes(settings.width, settings.height, settings.aovs);
+  const std::lock_guard lock(mutex_);
+  if (unfinished_ > 0) film = std::min(film, unfinished_bytes_ / unfinished_);
+  return refusal_of(std::min(film, limits_.film_bytes));
+}
+
+proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
+  const std::uint64_t film = Film::memory_bytes(order.settings.width, order.settings.height, order.settings.aovs);
+  Films dropped;  // Freed after the lock is.
+  const std::lock_guard lock(mutex_);
+  if (auto problem = refusal_of(film)) return *std::move(problem);
+  make_room(film, dropped);
 
   Job job;
   job.progress = std::make_shared<Progress>();
@@ -69,10 +101,10 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.view.id = new_id();
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
-  job.to_be_ended.push_back(job.view.id);
+  job.spare_nodes = {job.view.id, job.view.id};
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
-  film_bytes_ += film;
+  unfinished_bytes_ += film;
   ++unfinished_;
   Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
   spdlog::info("job {}: queued", job.view.id);
@@ -93,27 +125,41 @@ bool JobTable::change_state(Job& job, JobState to) {
     view.times.ended = now;
     --unfinished_;
     job.stop.request_stop();
-    if (!view.film) film_bytes_ -= std::exchange(job.film_bytes, 0);
+    unfinished_bytes_ -= job.film_bytes;
+    if (job.film) ended_bytes_ += job.film_bytes;
   }
   spdlog::info("job {}: {}", view.id, proto::name(to));
   return true;
 }
 
-bool JobTable::end(Job& job, JobState to, FilmPtr& dropped) {
+bool JobTable::end(Job& job, JobState to, Films& dropped) {
   if (!change_state(job, to)) return false;
-  job.among_ended = job.to_be_ended.begin();
-  ended_.splice(ended_.end(), job.to_be_ended);
-  if (ended_.size() > limits_.ended_jobs) dropped = drop(jobs_.find(ended_.front()));
+  job.among_ended = job.spare_nodes.begin();
+  ended_.splice(ended_.end(), job.spare_nodes, job.among_ended);
+  if (job.film) {
+    job.among_images = job.spare_nodes.begin();
+    ended_images_.splice(ended_images_.end(), job.spare_nodes, job.among_images);
+  }
+  try {
+    while (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), dropped);
+  } catch (const std::bad_alloc&) {  // The next job that ends makes up for it.
+  }
   return true;
 }
 
-JobTable::FilmPtr JobTable::drop(Jobs::iterator ended) {
+void JobTable::drop_film(Job& job, Films& dropped) {
+  if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
+  dropped.push_back(std::move(job.film));
+  ended_bytes_ -= job.film_bytes;
+  ended_images_.erase(job.among_images);
+  job.view.image = proto::ImageState::gone;
+}
+
+void JobTable::drop(Jobs::iterator ended, Films& dropped) {
   Job& job = ended->second;
-  FilmPtr film = std::move(job.view.film);
-  film_bytes_ -= job.film_bytes;
+  if (job.film) drop_film(job, dropped);
   ended_.erase(job.among_ended);
   jobs_.erase(ended);
-  return film;
 }
 
 JobTable::Job* JobTable::find_unfinished(const std::string& id) {
@@ -149,21 +195,24 @@ bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse
   Job* job = find_unfinished(id);
   if (!job) return false;
   job->view.structure = structure;
-  job->view.film = std::move(film);
+  job->film = std::move(film);
+  job->view.image = proto::ImageState::partial;
   return change_state(*job, JobState::rendering);
 }
 
 bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure) {
-  FilmPtr dropped;  // Freed after the lock is.
+  Films dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
   if (structure) job->view.structure = structure;
-  return end(*job, JobState::completed, dropped);
+  if (!end(*job, JobState::completed, dropped)) return false;
+  job->view.image = proto::ImageState::complete;
+  return true;
 }
 
 bool JobTable::fail(const std::string& id, std::string why) {
-  FilmPtr dropped;
+  Films dropped;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
@@ -173,7 +222,7 @@ bool JobTable::fail(const std::string& id, std::string why) {
 }
 
 proto::Result<JobView> JobTable::cancel(const std::string& id) {
-  FilmPtr dropped;
+  Films dropped;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
@@ -185,7 +234,7 @@ proto::Result<JobView> JobTable::cancel(const std::string& id) {
 }
 
 std::optional<Problem> JobTable::remove(const std::string& id) {
-  FilmPtr film;  // Freed after the lock is.
+  Films dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
@@ -193,7 +242,7 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
     return Problem{ProblemCode::job_still_active,
                    "The job is " + std::string(proto::name(found->second.view.state)) + "; cancel it first.",
                    {}};
-  film = drop(found);
+  drop(found, dropped);
   return std::nullopt;
 }
 
@@ -202,6 +251,23 @@ proto::Result<JobView> JobTable::find(const std::string& id) const {
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
   return found->second.view;
+}
+
+proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return no_such_job();
+  const Job& job = found->second;
+  if (job.film) return job.film;
+  if (job.view.image == proto::ImageState::gone)
+    return Problem{
+        ProblemCode::image_gone,
+        "The image gave way to those of younger jobs. Submit the job again and fetch its image sooner, or have "
+        "the server set more memory aside (--max-film-memory).",
+        {}};
+  return Problem{ProblemCode::image_not_ready,
+                 "The job is " + std::string(proto::name(job.view.state)) + "; there is nothing of its image.",
+                 {}};
 }
 
 std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, std::optional<JobState> state) const {
@@ -213,7 +279,7 @@ std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, s
 }
 
 void JobTable::shut_down() {
-  FilmPtr dropped;
+  Films dropped;
   const std::lock_guard lock(mutex_);
   closed_ = true;
   for (auto& [id, job] : jobs_) end(job, JobState::canceled, dropped);  // The job at hand isn't what is forgotten.

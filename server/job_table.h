@@ -10,8 +10,10 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/film/film.h"
 #include "proto/wire/result.h"
 #include "server/job.h"
 
@@ -19,7 +21,8 @@ namespace tessera::server {
 
 /// All jobs, and the one place where their states change: queued → preparing → rendering → completed | failed |
 /// canceled, an end being reachable from every state that isn't one. Jobs that have ended stay until they are
-/// deleted, or more jobs have ended since than are kept. Safe to call from any number of threads.
+/// deleted, or more jobs have ended since than are kept; their images also give way to those of new jobs, the one that
+/// ended first before the others. Safe to call from any number of threads.
 ///
 /// Lock order of the server: JobTable, StructureCache, SceneStore and Scheduler have one mutex each; none is held
 /// while another part is called, so no two are ever held at once.
@@ -28,7 +31,7 @@ class JobTable {
   struct Limits {
     std::uint32_t unfinished_jobs;
     std::uint32_t ended_jobs;  ///< At least 1; when one more ends, the one that ended first is forgotten.
-    std::uint64_t film_bytes;  ///< Of all jobs in the table.
+    std::uint64_t film_bytes;  ///< Of all images that there are, or will be of jobs that haven't ended.
   };
   explicit JobTable(Limits limits) : limits_(limits) {}
 
@@ -39,8 +42,13 @@ class JobTable {
     std::shared_ptr<Progress> progress;
   };
 
-  /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget`, `shutting_down`.
+  /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
+  /// memory for its image, `shutting_down`.
   proto::Result<Admitted> add(JobOrder order);
+
+  /// Why `add` would refuse a job now that has the image of these settings, or one like the average of those that
+  /// haven't ended, if that is smaller.
+  std::optional<proto::Problem> refusal(const Settings& settings) const;
 
   /// Steps of a job's work. False, and nothing is changed, when it has ended or been deleted meanwhile: there is
   /// nothing left to do for it.
@@ -63,6 +71,10 @@ class JobTable {
   /// `not_found` for an unknown id.
   proto::Result<JobView> find(const std::string& id) const;
 
+  /// What there is of a job's image, for as long as the caller wants it. `image_gone` when it gave way,
+  /// `image_not_ready` when there is nothing of it, `not_found` for an unknown id.
+  proto::Result<std::shared_ptr<const Film>> film(const std::string& id) const;
+
   /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given.
   std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state) const;
 
@@ -74,27 +86,41 @@ class JobTable {
     JobView view;
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
-    std::uint64_t film_bytes;                      ///< Set aside for it.
-    std::list<std::string> to_be_ended;            ///< Its node of `ended_` until then: so that ending takes no memory.
-    std::list<std::string>::iterator among_ended;  ///< Once it has ended.
+    std::uint64_t film_bytes;            ///< Of its image, or set aside for it.
+    std::shared_ptr<const Film> film;    ///< Once it renders, until it gives way.
+    std::list<std::string> spare_nodes;  ///< For `ended_` and `ended_images_`: so that ending takes no memory.
+    std::list<std::string>::iterator among_ended;   ///< Once it has ended.
+    std::list<std::string>::iterator among_images;  ///< As long as it has ended, and its film is there.
   };
   using Jobs = std::map<std::string, Job, std::less<>>;
   using FilmPtr = std::shared_ptr<const Film>;
+  using Films = std::list<FilmPtr>;
 
   std::string new_id();
   /// The one function that changes states. Nothing happens when the job has ended.
   bool change_state(Job& job, proto::JobState to);
   /// Changes to a state that is an end, and forgets the oldest ended job if there are too many.
-  bool end(Job& job, proto::JobState to, FilmPtr& dropped);
-  /// Forgets a job that has ended. Its film is handed out, for the caller to free without the lock.
-  FilmPtr drop(Jobs::iterator ended);
+  bool end(Job& job, proto::JobState to, Films& dropped);
+  /// Forgets a job that has ended. Its film is handed out, for the caller to free without the lock; and likewise below.
+  void drop(Jobs::iterator ended, Films& dropped);
+  /// Drops the film of a job that has ended and has one.
+  void drop_film(Job& job, Films& dropped);
+  /// Drops films of jobs that have ended until there is room for one of so many bytes, or none is left.
+  void make_room(std::uint64_t film, Films& dropped);
+  /// Bytes of films that have been dropped and aren't gone yet, because they are being read.
+  std::uint64_t leaving();
+  /// Why no job with such a film is admitted.
+  std::optional<proto::Problem> refusal_of(std::uint64_t film) const;
   Job* find_unfinished(const std::string& id);
 
   const Limits limits_;
-  mutable std::mutex mutex_;      ///< Guards what follows.
-  Jobs jobs_;                     ///< Ids grow, so this is the order of arrival.
-  std::list<std::string> ended_;  ///< Jobs in the order in which they ended.
-  std::uint64_t film_bytes_ = 0;
+  mutable std::mutex mutex_;             ///< Guards what follows.
+  Jobs jobs_;                            ///< Ids grow, so this is the order of arrival.
+  std::list<std::string> ended_;         ///< Jobs in the order in which they ended.
+  std::list<std::string> ended_images_;  ///< Those among them whose films are there.
+  std::uint64_t unfinished_bytes_ = 0;   ///< Of films of jobs that haven't ended,
+  std::uint64_t ended_bytes_ = 0;        ///< and of those that have.
+  std::vector<std::pair<std::weak_ptr<const Film>, std::uint64_t>> leaving_;
   std::uint32_t unfinished_ = 0;
   std::uint64_t last_time_ = 0;
   bool closed_ = false;

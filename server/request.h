@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,12 +24,14 @@ std::optional<Target> parse_target(std::string_view text);
 
 /// What a handler sees of a request: nothing of sockets.
 struct Request {
-  std::string method;  ///< "GET" also where HEAD was asked: the session leaves the body away.
+  std::string method;    ///< "GET" also where HEAD was asked: the session leaves the body away.
+  bool is_head = false;  ///< HEAD was asked.
   Target target;
   std::map<std::string, std::string> headers;  ///< Names in lower case; repeated ones joined by ", ".
   std::string parameter;                       ///< The path segment that stands at the route's {…}; may be empty.
   std::string body;                            ///< Where the route takes a document.
   std::unique_ptr<ReceivedFile> file;          ///< Where the route takes a file.
+  std::stop_token abandoned;                   ///< Requested when nobody waits for the answer any more.
 
   /// The header's value, or nothing.
   std::optional<std::string_view> header(const std::string& lower_case_name) const;

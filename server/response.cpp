@@ -12,10 +12,15 @@ std::string dump(const nlohmann::json& json) {
 
 bool may_pass(proto::ProblemCode code) {
   return code == proto::ProblemCode::too_many_jobs || code == proto::ProblemCode::out_of_memory_budget ||
-         code == proto::ProblemCode::shutting_down;
+         code == proto::ProblemCode::not_ready || code == proto::ProblemCode::shutting_down;
 }
 
 }  // namespace
+
+std::string_view Response::content() const {
+  if (!shared_body) return body;
+  return {reinterpret_cast<const char*>(shared_body->data()), shared_body->size()};
+}
 
 Response json_response(int status, const nlohmann::json& body) {
   return {status, {{"Content-Type", "application/json"}}, dump(body)};

@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "proto/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/media_type.h"
@@ -25,7 +26,12 @@ std::span<const Route> route_table() {
       {"GET", "/v1/jobs/{id}", {}, Body::none, Place::io, show_job},
       {"DELETE", "/v1/jobs/{id}", {}, Body::none, Place::io, delete_job},
       {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::io, cancel_job},
-      {"GET", "/v1/jobs/{id}/image", {"aov", "format", "partial"}, Body::none, Place::worker, fetch_image},
+      {"GET",
+       "/v1/jobs/{id}/image",
+       {"aov", "format", "partial", "quality", "subsampling"},
+       Body::none,
+       Place::worker,
+       fetch_image},
       {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
       {"GET", "/livez", {}, Body::none, Place::io, livez},
@@ -128,6 +134,8 @@ std::variant<const Route*, Response> find_route(Request& request) {
 Response run_handler(const Route& route, Services& services, Request& request) {
   try {
     return route.handle(services, request);
+  } catch (const proto::Abandoned&) {
+    return {};  // Nobody is there to read it.
   } catch (const std::exception& error) {
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
     return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});

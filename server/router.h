@@ -35,7 +35,8 @@ std::span<const Route> route_table();
 /// isn't one, query parameters that the route doesn't know, or a body of a type that it doesn't take.
 std::variant<const Route*, Response> find_route(Request& request);
 
-/// Runs the handler. An exception becomes a logged `internal_error`.
+/// Runs the handler. An exception becomes a logged `internal_error`; of a request that was abandoned, a response that
+/// nobody reads.
 Response run_handler(const Route& route, Services& services, Request& request);
 
 /// The table as text, one route a line: "GET /v1/jobs after limit state".

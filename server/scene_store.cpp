@@ -2,7 +2,7 @@
 
 #include <fstream>
 #include <iterator>
-#include <list>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -17,14 +17,14 @@ using proto::Result;
 
 SceneStore::SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
                        std::uint64_t cache_bytes)
-    : folder_(std::move(folder)), files_(files), limits_(limits), cache_(cache_bytes) {}
+    : folder_(std::move(folder)), files_(files), limits_(limits), scenes_(cache_bytes) {}
 
 std::filesystem::path SceneStore::path_of(const ContentHash& hash) const {
   return folder_ / (hash.substr(hash.find(':') + 1) + ".json");
 }
 
-Result<SceneStore::Put> SceneStore::put(std::string_view document) {
-  auto parsed = proto::parse_scene(document, files_, limits_);
+Result<SceneStore::Put> SceneStore::put(std::string_view document, const std::stop_token& abandoned) {
+  auto parsed = proto::parse_scene(document, files_, limits_, abandoned);
   if (!parsed) return parsed.problem();
   const std::filesystem::path path = path_of(parsed->hash);
   const bool known = std::filesystem::exists(path);
@@ -36,27 +36,31 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document) {
   return Put{share(*std::move(parsed)), known};
 }
 
-Result<ParsedScene> SceneStore::find(const ContentHash& hash) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (auto scene = cache_.find(hash)) return ParsedScene{*std::move(scene), hash};
-  }
+SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_token& unwanted) const {
   std::ifstream file(path_of(hash), std::ios::binary);
   if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
   const std::string document{std::istreambuf_iterator<char>(file), {}};
-  auto parsed = proto::parse_scene(document, files_, limits_);
+  auto parsed = proto::parse_scene(document, files_, limits_, unwanted);
   if (!parsed) return parsed.problem();
   if (parsed->hash != hash)
     return Problem{ProblemCode::invalid_document, "Files that this scene names have changed; POST it again.", {}};
-  return share(*std::move(parsed));
+  return parsed->scene;
+}
+
+Result<ParsedScene> SceneStore::find(const ContentHash& hash, const std::stop_token& abandoned) {
+  const auto make = [&](const std::stop_token& unwanted) {
+    Found found = read(hash, unwanted);
+    const auto bytes = found ? std::optional(memory_bytes(**found)) : std::nullopt;
+    return Scenes::Made{std::move(found), bytes};
+  };
+  const Found found = scenes_.get(hash, make, abandoned);
+  if (!found) return found.problem();
+  return ParsedScene{*found, hash};
 }
 
 ParsedScene SceneStore::share(ParsedScene parsed) {
   const std::uint64_t bytes = memory_bytes(*parsed.scene);
-  std::list<std::shared_ptr<const Scene>> evicted;  // Freed after the lock is.
-  const std::lock_guard lock(mutex_);
-  if (auto scene = cache_.find(parsed.hash)) return {*std::move(scene), std::move(parsed.hash)};
-  cache_.put(parsed.hash, parsed.scene, bytes, evicted);
+  parsed.scene = *scenes_.find_or_keep(parsed.hash, parsed.scene, bytes);
   return parsed;
 }
 

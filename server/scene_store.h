@@ -2,12 +2,12 @@
 
 #include <filesystem>
 #include <memory>
-#include <mutex>
+#include <stop_token>
 #include <string_view>
 
 #include "proto/file_source.h"
 #include "proto/parse.h"
-#include "server/lru.h"
+#include "server/single_flight.h"
 
 namespace tessera::server {
 
@@ -23,24 +23,29 @@ class SceneStore {
     proto::ParsedScene scene;
     bool known;  ///< It was there before.
   };
-  /// Parses a document and keeps it, or says what is wrong with it.
-  proto::Result<Put> put(std::string_view document);
+  /// Parses a document and keeps it, or says what is wrong with it. Throws `Abandoned` once that is requested.
+  proto::Result<Put> put(std::string_view document, const std::stop_token& abandoned);
 
   /// A scene that was put, now or by an earlier daemon, or that is in memory because it was shared. `not_found`
-  /// when it is neither; `invalid_document` when files that it names have changed since or are gone.
-  proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash);
+  /// when it is neither; `invalid_document` when files that it names have changed since or are gone. However many ask
+  /// at once, it is parsed once, by one while the others wait. Throws `Abandoned` once that is requested.
+  proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash, const std::stop_token& abandoned);
 
   /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.
   proto::ParsedScene share(proto::ParsedScene scene);
 
  private:
+  /// A scene, or what is wrong with it, which isn't kept.
+  using Found = proto::Result<std::shared_ptr<const Scene>>;
+  using Scenes = SingleFlight<Found>;
+
   std::filesystem::path path_of(const proto::ContentHash& hash) const;
+  Found read(const proto::ContentHash& hash, const std::stop_token& unwanted) const;
 
   const std::filesystem::path folder_;
   const proto::FileSource& files_;
   const proto::Limits limits_;
-  std::mutex mutex_;  ///< Guards what follows.
-  Lru<std::shared_ptr<const Scene>> cache_;
+  Scenes scenes_;
 };
 
 }  // namespace tessera::server

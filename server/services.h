@@ -6,6 +6,7 @@ namespace tessera::server {
 
 struct Config;
 class BlobStore;
+class ImageCache;
 class SceneStore;
 class JobTable;
 class JobRunner;
@@ -16,6 +17,7 @@ struct Services {
   BlobStore& blobs;
   SceneStore& scenes;
   JobTable& jobs;
+  ImageCache& images;
   JobRunner& runner;
   std::atomic<bool> shutting_down{false};
 };

@@ -104,6 +104,7 @@ std::variant<Request, Problem> read_head(const Parser& parser) {
 
   Request request;
   request.method = message.method() == http::verb::head ? "GET" : std::string(message.method_string());
+  request.is_head = message.method() == http::verb::head;
   request.target = *std::move(target);
   for (const auto& field : message) {
     std::string name(field.name_string());
@@ -246,12 +247,12 @@ class Session {
     if (without_length || request.method() == http::verb::head) {
       http::response<http::empty_body> message;
       fill(message);
-      if (!without_length) message.content_length(response.body.size());
+      if (!without_length && response.has_length) message.content_length(response.content().size());
       co_return co_await write(message);
     }
-    http::response<http::string_body> message;
+    http::response<http::span_body<const char>> message;
     fill(message);
-    message.body() = std::move(response.body);
+    message.body() = {response.content().data(), response.content().size()};
     message.prepare_payload();
     co_return co_await write(message);
   }

@@ -29,45 +29,19 @@ std::shared_ptr<const Structure> StructureCache::build(const std::shared_ptr<con
 
 void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
                                   const AccelOptions& options, Done done) {
-  const std::string key = key_of(scene_hash, options);
-  {
-    std::unique_lock lock(mutex_);
-    if (auto structure = cache_.find(key)) {
-      lock.unlock();
-      return done(*structure, true, nullptr);
-    }
-    const auto [building, first] = waiting_.try_emplace(key);
-    if (!first) return building->second.push_back(std::move(done));
-  }
-
-  std::shared_ptr<const Structure> structure;
-  std::exception_ptr error;
-  try {
-    structure = build(scene, options);
-  } catch (...) {
-    error = std::current_exception();
-  }
-
-  const std::uint64_t bytes = structure ? bytes_of(*structure) : 0;
-  std::vector<Done> others;
-  std::list<std::shared_ptr<const Structure>> evicted;
-  {
-    const std::lock_guard lock(mutex_);
-    others = std::move(waiting_.extract(key).mapped());
-    if (structure) cache_.put(key, structure, bytes, evicted);
-  }
-  done(structure, false, error);
-  for (const Done& other : others) other(structure, true, error);
+  const auto make = [&](const std::stop_token&) {
+    auto structure = build(scene, options);
+    const std::uint64_t bytes = bytes_of(*structure);
+    return Structures::Made{std::move(structure), bytes};
+  };
+  structures_.get(key_of(scene_hash, options), make,
+                  [done = std::move(done)](const Structures::Answer& answer, bool shared) {
+                    done(answer.value.value_or(nullptr), shared, answer.error);
+                  });
 }
 
-void StructureCache::recount(const std::string& scene_hash, const Structure& structure) {
-  const std::string key = key_of(scene_hash, structure.options);
-  const std::uint64_t bytes = bytes_of(structure);
-  std::list<std::shared_ptr<const Structure>> evicted;
-  const std::lock_guard lock(mutex_);
-  // It may be gone, and another one be in its place.
-  if (const auto cached = cache_.find(key); cached && cached->get() == &structure)
-    cache_.put(key, *cached, bytes, evicted);
+void StructureCache::recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure) {
+  structures_.recount(key_of(scene_hash, structure->options), structure, bytes_of(*structure));
 }
 
 }  // namespace tessera::server

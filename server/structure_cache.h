@@ -3,14 +3,11 @@
 #include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "core/accel/accel.h"
-#include "server/lru.h"
+#include "server/single_flight.h"
 
 namespace tessera::server {
 
@@ -33,7 +30,7 @@ class StructureCache {
   using Make = std::function<std::unique_ptr<const Accel>(std::shared_ptr<const Scene>, const AccelOptions&)>;
 
   /// Keeps structures, with the scenes that they hold, up to so many bytes.
-  explicit StructureCache(std::uint64_t limit, Make make = make_accel) : make_(std::move(make)), cache_(limit) {}
+  explicit StructureCache(std::uint64_t limit, Make make = make_accel) : make_(std::move(make)), structures_(limit) {}
 
   /// Calls `done` with the structure: at once if it is there, after building it on this very thread if nobody
   /// else does, and otherwise later on the thread that builds. A failure goes to all who asked, and isn't kept:
@@ -42,15 +39,15 @@ class StructureCache {
                     const AccelOptions& options, Done done);
 
   /// Counts anew what a structure takes, which may have grown while it was traced: to be called whenever that ends.
-  void recount(const std::string& scene_hash, const Structure& structure);
+  void recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure);
 
  private:
+  using Structures = SingleFlight<std::shared_ptr<const Structure>>;
+
   std::shared_ptr<const Structure> build(const std::shared_ptr<const Scene>& scene, const AccelOptions& options) const;
 
   const Make make_;
-  std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
-  Lru<std::shared_ptr<const Structure>> cache_;
-  std::unordered_map<std::string, std::vector<Done>> waiting_;  ///< For each one that is being built.
+  Structures structures_;
 };
 
 }  // namespace tessera::server

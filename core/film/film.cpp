@@ -41,7 +41,6 @@ Pixels::Pixels(PixelRect where, const std::set<Aov>& aovs) : rect(where) {
 
 Film::Film(std::uint32_t width, std::uint32_t height, const std::set<Aov>& aovs, std::vector<PixelRect> tiles)
     : pixels_({0, 0, static_cast<std::int32_t>(width), static_cast<std::int32_t>(height)}, aovs),
-      aovs_(aovs),
       tiles_(std::move(tiles)),
       tile_done_(std::make_unique<std::atomic<bool>[]>(tiles_.size())) {}
 
@@ -51,18 +50,22 @@ void Film::store(std::size_t index, const Pixels& tile) {
   stored_.fetch_add(1, std::memory_order_acq_rel);
 }
 
-Pixels Film::snapshot(std::vector<std::uint8_t>* done) const {
-  Pixels out(pixels_.rect, aovs_);
-  if (done) done->assign(out.color.size(), 0);
+std::vector<bool> Film::stored() const {
+  std::vector<bool> stored(tiles_.size());
+  for (std::size_t i = 0; i < tiles_.size(); ++i) stored[i] = tile_done_[i].load(std::memory_order_acquire);
+  return stored;
+}
+
+std::vector<std::uint8_t> Film::pixels_of(const std::vector<bool>& stored) const {
+  std::vector<std::uint8_t> pixels(pixels_.color.size());
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    if (!tile_done_[i].load(std::memory_order_acquire)) continue;
+    if (!stored[i]) continue;
     const PixelRect rect = tiles_[i];
-    copy_rect(pixels_, rect, out);
-    if (!done) continue;
     for (std::int32_t y = rect.y0; y < rect.y1; ++y)
-      std::fill_n(done->begin() + static_cast<std::ptrdiff_t>(out.index(rect.x0, y)), rect.width(), std::uint8_t{1});
+      std::fill_n(pixels.begin() + static_cast<std::ptrdiff_t>(pixels_.index(rect.x0, y)), rect.width(),
+                  std::uint8_t{1});
   }
-  return out;
+  return pixels;
 }
 
 std::uint64_t Film::memory_bytes(std::uint64_t width, std::uint64_t height, const std::set<Aov>& aovs) {

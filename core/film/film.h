@@ -48,11 +48,11 @@ class Film {
   std::size_t tiles_stored() const { return stored_.load(std::memory_order_acquire); }
   bool complete() const { return tiles_stored() == tile_count(); }
 
-  /// The image so far: pixels of tiles not stored yet are as `Pixels` makes them, and `done` (if given, one byte
-  /// a pixel) is 0 there and 1 elsewhere.
-  Pixels snapshot(std::vector<std::uint8_t>* done = nullptr) const;
+  /// Which tiles are stored by now, and how it looks by pixels: a byte for each, 1 where its tile is among `stored`.
+  std::vector<bool> stored() const;
+  std::vector<std::uint8_t> pixels_of(const std::vector<bool>& stored) const;
 
-  /// The finished image, without a copy. Precondition: `complete()`.
+  /// The image, without a copy. Pixels of tiles that aren't stored must not be read.
   const Pixels& pixels() const { return pixels_; }
 
   /// Bytes of a film of that size, before making it.
@@ -60,7 +60,6 @@ class Film {
 
  private:
   Pixels pixels_;
-  std::set<Aov> aovs_;
   std::vector<PixelRect> tiles_;
   std::unique_ptr<std::atomic<bool>[]> tile_done_;
   std::atomic<std::size_t> stored_{0};

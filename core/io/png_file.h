@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "core/io/raster.h"
@@ -9,7 +10,8 @@
 namespace tessera {
 
 /// A PNG of sRGB display values, through libpng. The raster has 3 channels of bytes, or 4 of which the last is alpha.
-/// Nothing when libpng refuses: no pixel, or 4 GiB of them.
-std::optional<std::vector<std::byte>> write_png(const Raster& raster);
+/// Nothing once `stop` is requested, which is looked at before every row. Throws std::bad_alloc, and std::runtime_error
+/// with libpng's words for anything else. Precondition: the size is within `limits_of`.
+std::optional<std::vector<std::byte>> write_png(const Raster& raster, const std::stop_token& stop = {});
 
 }  // namespace tessera

@@ -11,6 +11,9 @@ namespace {
 // In the order of JobState.
 constexpr std::array<std::string_view, 6> kNames{"queued", "preparing", "rendering", "completed", "failed", "canceled"};
 
+// In the order of ImageState.
+constexpr std::array<std::string_view, 4> kImageNames{"none", "partial", "complete", "gone"};
+
 template <typename T>
 bool fits(const nlohmann::json& value) {
   if constexpr (std::is_same_v<T, std::string>) return value.is_string();
@@ -31,6 +34,8 @@ bool read(const nlohmann::json& json, const char* name, T& out) {
 
 std::string_view name(JobState state) { return kNames.at(static_cast<std::size_t>(state)); }
 
+std::string_view name(ImageState state) { return kImageNames.at(static_cast<std::size_t>(state)); }
+
 std::optional<JobState> job_state(std::string_view name) {
   const auto found = std::ranges::find(kNames, name);
   if (found == kNames.end()) return std::nullopt;
@@ -41,6 +46,7 @@ nlohmann::json to_json(const JobStatus& s) {
   nlohmann::json json{{"id", s.id},
                       {"name", s.name},
                       {"state", name(s.state)},
+                      {"image", name(s.image)},
                       {"scene", s.scene},
                       {"width", s.width},
                       {"height", s.height},
@@ -58,16 +64,19 @@ nlohmann::json to_json(const JobStatus& s) {
 
 std::optional<JobStatus> job_status(const nlohmann::json& json) {
   JobStatus s;
-  std::string state;
+  std::string state, image;
   if (!json.is_object() || !read(json, "state", state) || !job_state(state)) return std::nullopt;
   s.state = *job_state(state);
-  const bool complete = read(json, "id", s.id) && read(json, "name", s.name) && read(json, "scene", s.scene) &&
-                        read(json, "width", s.width) && read(json, "height", s.height) &&
-                        read(json, "tiles_done", s.tiles_done) && read(json, "tiles_total", s.tiles_total) &&
-                        read(json, "samples_done", s.samples_done) && read(json, "samples_total", s.samples_total) &&
-                        read(json, "elapsed", s.elapsed) && read(json, "created", s.created) &&
-                        read(json, "error", s.error) && read(json, "warnings", s.warnings);
-  if (!complete) return std::nullopt;
+  const bool complete = read(json, "id", s.id) && read(json, "name", s.name) && read(json, "image", image) &&
+                        read(json, "scene", s.scene) && read(json, "width", s.width) &&
+                        read(json, "height", s.height) && read(json, "tiles_done", s.tiles_done) &&
+                        read(json, "tiles_total", s.tiles_total) && read(json, "samples_done", s.samples_done) &&
+                        read(json, "samples_total", s.samples_total) && read(json, "elapsed", s.elapsed) &&
+                        read(json, "created", s.created) && read(json, "error", s.error) &&
+                        read(json, "warnings", s.warnings);
+  const auto known = std::ranges::find(kImageNames, image);
+  if (!complete || known == kImageNames.end()) return std::nullopt;
+  s.image = static_cast<ImageState>(known - kImageNames.begin());
   if (json.contains("eta")) {
     double eta = 0;
     if (!read(json, "eta", eta)) return std::nullopt;

@@ -17,11 +17,18 @@ std::string_view name(JobState state);
 std::optional<JobState> job_state(std::string_view name);
 constexpr bool has_ended(JobState s) { return s >= JobState::completed; }
 
+/// What there is of a job's image: nothing yet, or ever, of one that ended early; what has been rendered; all of it;
+/// nothing any more, because it gave way to the images of younger jobs.
+enum class ImageState { none, partial, complete, gone };
+
+std::string_view name(ImageState state);
+
 /// What `GET /v1/jobs/{id}` says. Times are seconds; `eta` is absent until a tile is done.
 struct JobStatus {
   std::string id;
   std::string name;  ///< As the user gave it; may be empty.
   JobState state = JobState::queued;
+  ImageState image = ImageState::none;
   std::string scene;  ///< Content hash.
   std::uint32_t width = 0, height = 0;
   std::uint64_t tiles_done = 0, tiles_total = 0;

@@ -17,6 +17,7 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::image_not_ready, "image_not_ready", 409, "The image is not ready"},
     ProblemEntry{ProblemCode::job_still_active, "job_still_active", 409, "The job has not ended"},
     ProblemEntry{ProblemCode::job_already_ended, "job_already_ended", 409, "The job has already ended"},
+    ProblemEntry{ProblemCode::image_gone, "image_gone", 410, "The image is gone"},
     ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large"},
     ProblemEntry{ProblemCode::unsupported_media_type, "unsupported_media_type", 415,
                  "The body's media type is not supported"},
@@ -24,6 +25,7 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::hash_mismatch, "hash_mismatch", 422, "The content does not have the stated hash"},
     ProblemEntry{ProblemCode::too_many_jobs, "too_many_jobs", 429, "Too many jobs are waiting"},
     ProblemEntry{ProblemCode::out_of_memory_budget, "out_of_memory_budget", 503, "The server is short of memory"},
+    ProblemEntry{ProblemCode::not_ready, "not_ready", 503, "The server takes no jobs now"},
     ProblemEntry{ProblemCode::shutting_down, "shutting_down", 503, "The server is shutting down"},
     ProblemEntry{ProblemCode::internal_error, "internal_error", 500, "The server made a mistake"},
 };

@@ -9,6 +9,7 @@
 #include "server/handlers/handlers.h"
 #include "server/image_choice.h"
 #include "server/job_runner.h"
+#include "server/job_table.h"
 
 namespace tessera::server {
 namespace {
@@ -22,7 +23,10 @@ Response document(std::string_view text, std::string_view media_type) {
 json formats_json() {
   json list = json::array();
   for (const FormatEntry& entry : format_table())
-    list.push_back({{"format", entry.name}, {"media_type", entry.media_type}});
+    list.push_back({{"format", entry.name},
+                    {"media_type", entry.media_type},
+                    {"max_width", limits_of(entry.format).max_width},
+                    {"max_height", limits_of(entry.format).max_height}});
   return list;
 }
 
@@ -40,6 +44,10 @@ Response livez(Services&, Request&) { return json_response(200, {{"status", "ali
 Response readyz(Services& services, Request&) {
   if (services.shutting_down)
     return problem_response({proto::ProblemCode::shutting_down, "The server is about to stop.", {}});
+  // While there is room for a job the server is ready, however much it has to do; when there is none it isn't, for
+  // whoever sends jobs here would only be refused.
+  if (const auto refusal = services.jobs.refusal(Settings{}))
+    return problem_response({proto::ProblemCode::not_ready, refusal->detail, {}});
   return json_response(200, {{"status", "ready"}});
 }
 

@@ -1,16 +1,23 @@
+#include <algorithm>
+#include <memory>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include <spdlog/spdlog.h>
 
 #include "core/io/image_io.h"
+#include "proto/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
+#include "server/image_cache.h"
 #include "server/image_choice.h"
 #include "server/job_table.h"
 
 namespace tessera::server {
-using proto::Problem;
+using proto::ImageState;
 using proto::ProblemCode;
 
 namespace {
@@ -29,11 +36,34 @@ bool covers(std::string_view if_none_match, std::string_view etag) {
   return false;
 }
 
-std::optional<std::vector<std::byte>> encode_film(const Film& film, const ImageChoice& choice, bool complete) {
-  if (complete) return encode(film.pixels(), choice.plane, choice.format.format);
+/// A job's image, or, while `stored` isn't all of its tiles, what there is of it.
+struct Picture {
+  std::shared_ptr<const Film> film;
+  std::optional<std::vector<bool>> stored;  ///< None where the image is complete.
+  ImageChoice choice;
+};
+
+/// All that the bytes depend on: the pixels of a job's tile never change once it is stored, no id comes twice, and one
+/// version of this program encodes equal pixels to equal bytes.
+std::string key_of(const std::string& id, const Picture& picture) {
+  const ImageChoice& choice = picture.choice;
+  std::string key =
+      id + " plane " + std::to_string(static_cast<int>(choice.plane)) + ' ' + std::string(choice.format.name);
+  if (choice.format.format == ImageFormat::jpeg)
+    key += ' ' + std::to_string(choice.jpeg.quality) + '/' + std::to_string(static_cast<int>(choice.jpeg.subsampling));
+  if (picture.stored) key += " tiles " + std::to_string(std::ranges::count(*picture.stored, true));  // They only grow.
+  return key;
+}
+
+EncodedImage encode_picture(const Picture& picture, const std::stop_token& unwanted) {
   std::vector<std::uint8_t> done;
-  const Pixels pixels = film.snapshot(&done);
-  return encode(pixels, choice.plane, choice.format.format, &done);
+  if (picture.stored) done = picture.film->pixels_of(*picture.stored);
+  auto encoded =
+      encode(picture.film->pixels(), picture.choice.plane, {picture.choice.format.format, picture.choice.jpeg},
+             picture.stored ? &done : nullptr, unwanted);
+  if (encoded) return std::make_shared<const std::vector<std::byte>>(*std::move(encoded));
+  if (unwanted.stop_requested()) throw proto::Abandoned();
+  throw std::logic_error("an image was to be encoded that its format can't hold");
 }
 
 }  // namespace
@@ -41,20 +71,21 @@ std::optional<std::vector<std::byte>> encode_film(const Film& film, const ImageC
 Response fetch_image(Services& services, Request& request) {
   const auto job = services.jobs.find(request.parameter);
   if (!job) return problem_response(job.problem());
-  const auto choice = choose_image(request, job->order->settings.aovs);
+  const auto choice = choose_image(request, job->order->settings);
   if (!choice) return problem_response(choice.problem());
-  const bool complete = job->state == proto::JobState::completed;
-  if (!job->film || (!complete && !choice->partial))
+  if (job->image == ImageState::partial && !choice->partial)
     return problem_response(
         {ProblemCode::image_not_ready,
-         "The job is " + std::string(proto::name(job->state)) +
-             (job->film ? "; ?partial=1 gives the image so far." : "; there is nothing of its image."),
+         "The job is " + std::string(proto::name(job->state)) + "; ?partial=1 gives the image so far.",
          {}});
+  auto film = services.jobs.film(job->id);
+  if (!film) return problem_response(film.problem());
 
-  const auto encoded = encode_film(*job->film, *choice, complete);
-  if (!encoded) throw std::runtime_error("encoding an image of job " + job->id + " failed");
-  std::string body(reinterpret_cast<const char*>(encoded->data()), encoded->size());
-  const std::string etag = '"' + proto::content_hash(body) + '"';
+  Picture picture{*std::move(film), std::nullopt, *choice};
+  const bool complete = job->image == ImageState::complete;
+  if (!complete) picture.stored = picture.film->stored();
+  const std::string key = key_of(job->id, picture);
+  const std::string etag = '"' + proto::content_hash(key + " tessera " TESSERA_VERSION) + '"';
   Response response;
   response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
   if (covers(request.header("if-none-match").value_or(""), etag)) {
@@ -62,7 +93,22 @@ Response fetch_image(Services& services, Request& request) {
     return response;
   }
   response.headers.emplace_back("Content-Type", choice->format.media_type);
-  response.body = std::move(body);
+  auto image = services.images.find(key);
+  if (!image && request.is_head) {  // Its length isn't worth encoding it.
+    response.has_length = false;
+    return response;
+  }
+  if (!image) {
+    const auto make = [&](const std::stop_token& unwanted) {
+      EncodedImage made = encode_picture(picture, unwanted);
+      spdlog::debug("job {}: encoded as {}", job->id, choice->format.name);
+      // Of an image that goes on to grow, this will hardly be asked for again.
+      const auto bytes = proto::has_ended(job->state) ? std::optional(made->size()) : std::nullopt;
+      return ImageCache::Made{std::move(made), bytes};
+    };
+    image = services.images.get(key, make, request.abandoned);
+  }
+  response.shared_body = *std::move(image);
   return response;
 }
 

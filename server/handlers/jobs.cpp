@@ -1,5 +1,6 @@
 #include <charconv>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -9,6 +10,8 @@
 #include "server/blob_store.h"
 #include "server/config.h"
 #include "server/handlers/handlers.h"
+#include "server/image_cache.h"
+#include "server/image_choice.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
 #include "server/query_errors.h"
@@ -34,9 +37,10 @@ Problem at_scene(const Problem& problem) {
   return {ProblemCode::invalid_document, kUnusable, {{"/scene", kUnusable + (' ' + why)}}};
 }
 
-proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job) {
+proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job,
+                                           const std::stop_token& abandoned) {
   if (auto* parsed = std::get_if<proto::ParsedScene>(&job.scene)) return scenes.share(std::move(*parsed));
-  auto found = scenes.find(std::get<proto::ContentHash>(job.scene));
+  auto found = scenes.find(std::get<proto::ContentHash>(job.scene), abandoned);
   if (!found) return at_scene(found.problem());
   return found;
 }
@@ -52,6 +56,19 @@ std::optional<Problem> refuse_size(const Settings& settings, const Config& confi
                       " that the server has for images; ask for fewer pixels or AOVs."}}};
 }
 
+/// An image that would be rendered and then couldn't be fetched, or a plane of it.
+std::optional<Problem> refuse_without_format(const Settings& settings) {
+  Problem problem{ProblemCode::invalid_document, "No image format can hold this image.", {}};
+  for (const PlaneEntry& plane : plane_table()) {
+    const bool is_rendered = plane.plane == Plane::color || (plane.aov && settings.aovs.contains(*plane.aov));
+    if (!is_rendered || !able_formats(plane.plane, settings).empty()) continue;
+    problem.errors.push_back({"/image", (plane.name.empty() ? "Its colour" : "Its " + std::string(plane.name)) +
+                                            " fits into no format; make width or height smaller."});
+  }
+  if (problem.errors.empty()) return std::nullopt;
+  return problem;
+}
+
 std::optional<std::size_t> read_limit(const Request& request) {
   const auto text = request.query("limit");
   if (!text) return kDefaultListed;
@@ -65,13 +82,14 @@ std::optional<std::size_t> read_limit(const Request& request) {
 }  // namespace
 
 Response post_job(Services& services, Request& request) {
-  auto job = proto::parse_job(request.body, services.blobs, services.config.documents);
+  auto job = proto::parse_job(request.body, services.blobs, services.config.documents, request.abandoned);
   if (!job) return problem_response(job.problem());
-  const auto scene = scene_of(services.scenes, *job);
+  const auto scene = scene_of(services.scenes, *job, request.abandoned);
   if (!scene) return problem_response(scene.problem());
   if (const auto problem = take_image(*scene->scene, services.config.documents, *job))
     return problem_response(*problem);
   if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
+  if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
 
   const JobOrder order{job->name, scene->hash, scene->scene->warnings.size(), job->settings};
   const auto admitted = services.jobs.add(order);
@@ -119,6 +137,7 @@ Response cancel_job(Services& services, Request& request) {
 
 Response delete_job(Services& services, Request& request) {
   if (const auto problem = services.jobs.remove(request.parameter)) return problem_response(*problem);
+  services.images.drop_all(request.parameter + ' ');
   return {204, {}, ""};
 }
 

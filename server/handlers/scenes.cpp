@@ -25,7 +25,7 @@ nlohmann::json describe(const proto::ParsedScene& parsed) {
 }  // namespace
 
 Response post_scene(Services& services, Request& request) {
-  const auto put = services.scenes.put(request.body);
+  const auto put = services.scenes.put(request.body, request.abandoned);
   if (!put) return problem_response(put.problem());
   Response response = json_response(put->known ? 200 : 201, describe(put->scene));
   response.headers.emplace_back("Location", "/v1/scenes/" + put->scene.hash);
@@ -33,7 +33,7 @@ Response post_scene(Services& services, Request& request) {
 }
 
 Response describe_scene(Services& services, Request& request) {
-  const auto scene = services.scenes.find(request.parameter);
+  const auto scene = services.scenes.find(request.parameter, request.abandoned);
   return scene ? json_response(200, describe(*scene)) : problem_response(scene.problem());
 }
 

@@ -80,12 +80,35 @@ class BadInputTest(unittest.TestCase):
             self.assertEqual((reply.status, reply.json()["errors"][0]["pointer"]), (422, "/image"))
             half = {"scene": SPHERE, "image": {"width": 250, "height": 200}}  # Twelve bytes a pixel.
             ended = daemon.submit(half)
-            daemon.wait_ended(ended)
-            reply = daemon.request("POST", "/v1/jobs", half)
+            self.assertEqual(daemon.wait_ended(ended)["image"], "complete")
+            endless = {**half, "settings": {"samples": 100_000}}
+            busy = daemon.submit(endless)  # The image of one that has ended gives way,
+            self.assertEqual(daemon.status(ended)["state"], "completed")
+            self.assertEqual(daemon.status(ended)["image"], "gone")
+            for query in ("", "?partial=1", "?format=exr"):
+                gone = daemon.request("GET", f"/v1/jobs/{ended}/image{query}", headers={"If-None-Match": "*"})
+                self.assertEqual((gone.status, gone.json()["code"]), (410, "image_gone"))
+            reply = daemon.request("POST", "/v1/jobs", half)  # that of one that hasn't doesn't.
             self.assertEqual((reply.status, reply.json()["code"]), (503, "out_of_memory_budget"))
             self.assertEqual(reply.headers["Retry-After"], "1")
-            self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{ended}").status, 204)
-            daemon.submit(half)
+            ready = daemon.request("GET", "/readyz")
+            self.assertEqual((ready.status, ready.json()["code"]), (503, "not_ready"))
+            self.assertEqual(ready.headers["Retry-After"], "1")
+            self.assertEqual(daemon.request("GET", "/livez").status, 200)
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{busy}/cancel").status, 202)
+            self.assertEqual(daemon.request("GET", "/readyz").status, 200)
+            self.assertEqual(daemon.wait_ended(daemon.submit(half))["image"], "complete")
+
+    def test_an_image_that_no_format_can_hold(self):
+        """Beyond 2^31 - 1 columns there is none: told before it is rendered."""
+        with Daemon("--max-pixels", str(1 << 33), "--max-film-memory", "1TiB") as daemon:
+            job = {"scene": SPHERE, "image": {"width": 1 << 31, "height": 1}, "settings": {"aovs": ["depth"]}}
+            for size in ({"width": 1 << 31, "height": 1}, {"width": 1, "height": 1 << 31}):
+                reply = daemon.request("POST", "/v1/jobs", {**job, "image": size})
+                self.assertEqual((reply.status, reply.json()["code"]), (422, "invalid_document"))
+                errors = reply.json()["errors"]
+                self.assertEqual([error["pointer"] for error in errors], ["/image", "/image"])
+                self.assertTrue(all("fits into no format" in error["detail"] for error in errors), errors)
 
     def test_wrong_fields_all_at_once(self):
         scene = {"objects": [{"type": "sphere", "center": [0, 0], "radius": -1}, {"type": "blob"}], "colour": 1}

@@ -96,6 +96,21 @@ class ConcurrencyTest(unittest.TestCase):
             stats = daemon.request("GET", f"/v1/jobs/{waiting}/stats").json()
             self.assertIsNone(stats["timing"]["preparing"])
 
+    def test_renders_that_are_more_than_the_memory_for_images_holds(self):
+        """Room for four images: every job is admitted and completes, and the youngest keep theirs."""
+        with Daemon("--threads", "2", "--max-film-memory", str(4 * 16 * 16 * 12)) as daemon:
+            ids = []
+            for _ in range(200):
+                ids.append(daemon.submit(SMALL_JOB))
+                self.assertEqual(daemon.wait_ended(ids[-1])["state"], "completed")
+                self.assertEqual(daemon.request("GET", f"/v1/jobs/{ids[-1]}/image").status, 200)
+                self.assertEqual(daemon.request("GET", "/readyz").status, 200)
+            jobs = daemon.request("GET", "/v1/jobs?limit=1000").json()["jobs"]
+            self.assertEqual([job["id"] for job in jobs], ids)
+            self.assertEqual([job["image"] for job in jobs], ["gone"] * 196 + ["complete"] * 4)
+            self.assertEqual(daemon.request("GET", f"/v1/jobs/{ids[0]}/image").status, 410)
+            self.assertEqual(daemon.request("GET", f"/v1/jobs/{ids[-4]}/image").status, 200)
+
     def test_too_many_jobs(self):
         with Daemon("--threads", "1", "--max-jobs", "3") as daemon:
             replies = all_at_once(8, lambda _: daemon.request("POST", "/v1/jobs", endless_job()))

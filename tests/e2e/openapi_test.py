@@ -172,6 +172,13 @@ class OpenApiTest(unittest.TestCase):
                 self.ask(daemon, 404, method, f"/v1/jobs/{{id}}{path}", id=busy)
             self.ask(daemon, 404, "get", "/v1/jobs/{id}/image", id=busy)
 
+        with Daemon("--max-film-memory", str(16 * 16 * 12)) as daemon:
+            gone = daemon.submit(SMALL_JOB)
+            daemon.wait_ended(gone)
+            daemon.wait_ended(daemon.submit(SMALL_JOB))
+            self.ask(daemon, 410, "get", "/v1/jobs/{id}/image", id=gone)
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=gone)
+
     def exercise_bad_requests(self):
         """Everything answers; nothing takes a query parameter that isn't documented."""
         with Daemon() as daemon:

@@ -26,7 +26,7 @@ CORE_ORDER = [
 LIBRARIES = {
     "core": [],
     "core/accel/wide": ["hwy/"],
-    "core/io": ["png.h"],
+    "core/io": ["jerror.h", "jpeglib.h", "png.h"],
     "core/io/oiio": ["OpenImageIO/"],
     "proto/wire": ["nlohmann/", "openssl/"],
     "proto": ["nlohmann/"],

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "core/io/image_format.h"
@@ -8,8 +10,8 @@
 
 extern "C" {
 
-/// The one function of the module tessera_oiio, which alone is linked with OpenImageIO (`write_with_oiio` loads it).
-/// Whether OpenImageIO could encode the raster; then `file` is it. Safe from any thread.
-bool tessera_oiio_write(tessera::ImageFormat format, const tessera::Raster& raster,
-                        std::vector<std::byte>& file) noexcept;
+/// The one function of the module tessera_oiio, which alone is linked with OpenImageIO (`write_with_oiio` loads it):
+/// assigns to `file` what `write_with_oiio` returns, and throws what it throws. Safe from any thread.
+void tessera_oiio_write(tessera::ImageFormat format, const tessera::Raster& raster, const std::stop_token& stop,
+                        std::optional<std::vector<std::byte>>& file);
 }

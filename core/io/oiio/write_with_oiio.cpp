@@ -25,10 +25,11 @@ decltype(&tessera_oiio_write) load() {
 
 }  // namespace
 
-std::optional<std::vector<std::byte>> write_with_oiio(ImageFormat format, const Raster& raster) {
+std::optional<std::vector<std::byte>> write_with_oiio(ImageFormat format, const Raster& raster,
+                                                      const std::stop_token& stop) {
   static const auto kWrite = load();
-  std::vector<std::byte> file;
-  if (!kWrite(format, raster, file)) return std::nullopt;
+  std::optional<std::vector<std::byte>> file;
+  kWrite(format, raster, stop, file);
   return file;
 }
 

@@ -14,7 +14,9 @@ proto::Result<ImageChoice> choose(const std::string& query, const std::set<Aov>&
   Request request;
   request.target = *parse_target("/?" + query);
   if (!accept.empty()) request.headers["accept"] = accept;
-  return choose_image(request, recorded);
+  Settings settings;
+  settings.aovs = recorded;
+  return choose_image(request, settings);
 }
 
 TEST(ImageChoice, IsThePngOfTheColourUnlessAsked) {
@@ -49,7 +51,69 @@ TEST(ImageChoice, NotEveryFormatHoldsEveryPlane) {
   EXPECT_EQ(choose("aov=all")->format.format, ImageFormat::exr);
   EXPECT_EQ(choose("aov=all&format=png").problem().code, ProblemCode::not_acceptable);
   EXPECT_EQ(choose("aov=depth", {Aov::depth}, "image/vnd.radiance").problem().code, ProblemCode::not_acceptable);
-  EXPECT_EQ(choose("aov=normal&format=hdr", {Aov::normal})->format.format, ImageFormat::hdr);
+  EXPECT_EQ(choose("aov=normal&format=hdr", {Aov::normal}).problem().code, ProblemCode::not_acceptable)
+      << "normals can be negative";
+  EXPECT_EQ(choose("aov=cost_volumes&format=hdr", {Aov::cost_volumes})->format.format, ImageFormat::hdr);
+}
+
+proto::Result<ImageChoice> choose_of_size(std::uint32_t width, std::uint32_t height, const std::string& query) {
+  Request request;
+  request.target = *parse_target("/?" + query);
+  Settings settings;
+  settings.width = width;
+  settings.height = height;
+  return choose_image(request, settings);
+}
+
+TEST(ImageChoice, NotEveryFormatHoldsEverySize) {
+  EXPECT_TRUE(choose_of_size(65500, 1, "format=jpeg"));
+  EXPECT_TRUE(choose_of_size(1, 65500, "format=jpeg"));
+  for (const auto& [width, height] : {std::pair(65501U, 1U), std::pair(1U, 65501U)}) {
+    const auto refused = choose_of_size(width, height, "format=jpeg");
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.problem().code, ProblemCode::not_acceptable);
+    EXPECT_NE(refused.problem().detail.find("png (image/png), exr (image/x-exr), hdr"), std::string::npos);
+    EXPECT_EQ(refused.problem().detail.find("jpeg"), std::string::npos);
+    EXPECT_EQ(choose_of_size(width, height, "")->format.format, ImageFormat::png);
+  }
+  EXPECT_TRUE(choose_of_size(1U << 26, 1, "format=png"));
+  Settings huge;
+  huge.width = 0x7FFFFFFF;
+  EXPECT_EQ(able_formats(Plane::color, huge), "png (image/png), hdr (image/vnd.radiance)");
+  huge.width = 0x80000000;
+  EXPECT_EQ(able_formats(Plane::color, huge), "");
+}
+
+TEST(ImageChoice, JpegHasAQuality) {
+  const auto jpeg = [](const std::string& query) { return choose("format=jpeg&" + query)->jpeg; };
+  EXPECT_EQ(jpeg("").quality, 95);
+  EXPECT_EQ(jpeg("").subsampling, Subsampling::s444);
+  EXPECT_EQ(jpeg("quality=90").subsampling, Subsampling::s444);
+  EXPECT_EQ(jpeg("quality=89").quality, 89);
+  EXPECT_EQ(jpeg("quality=89").subsampling, Subsampling::s420);
+  EXPECT_EQ(jpeg("quality=1&subsampling=4:4:4").subsampling, Subsampling::s444);
+  EXPECT_EQ(jpeg("quality=100&subsampling=4%3A2%3A2").subsampling, Subsampling::s422);
+  EXPECT_EQ(jpeg("subsampling=4:2:0").subsampling, Subsampling::s420);
+  EXPECT_EQ(choose("quality=50", {}, "image/jpeg")->jpeg.quality, 50);
+}
+
+TEST(ImageChoice, OnlyJpegHasIt) {
+  const auto pointer = [](const std::string& query) {
+    const auto refused = choose(query);
+    if (refused) return std::string("taken");
+    EXPECT_EQ(refused.problem().code, ProblemCode::malformed_request);
+    return refused.problem().errors.at(0).pointer;
+  };
+  for (const char* value : {"0", "101", "-1", "95.5", "", "high", "1e2", "99999999999", "+5", " 5"})
+    EXPECT_EQ(pointer("format=jpeg&quality=" + std::string(value)), "?quality") << value;
+  for (const char* value : {"", "444", "4:1:1", "4:4:4:4"})
+    EXPECT_EQ(pointer("format=jpeg&subsampling=" + std::string(value)), "?subsampling") << value;
+  for (const char* format : {"png", "exr", "hdr"}) {
+    EXPECT_EQ(pointer("quality=95&format=" + std::string(format)), "?quality");
+    EXPECT_EQ(pointer("subsampling=4:4:4&format=" + std::string(format)), "?subsampling");
+  }
+  EXPECT_EQ(pointer("quality=95"), "?quality") << "what comes is a PNG";
+  EXPECT_EQ(choose("quality=0&subsampling=no&format=jpeg").problem().errors.size(), 2U);
 }
 
 /// The table of planes and the encoder agree on what can hold what.
@@ -58,9 +122,11 @@ TEST(ImageChoice, TheEncoderTakesWhatTheTablePromises) {
   for (const auto& choice : proto::aov_names()) aovs.insert(choice.value);
   const Pixels pixels({0, 0, 4, 4}, aovs);
   for (const PlaneEntry& plane : plane_table())
-    for (const FormatEntry& format : format_table())
-      EXPECT_EQ(encode(pixels, plane.plane, format.format).has_value(), plane.formats.contains(format.format))
-          << plane.name << " as " << format.name;
+    for (const FormatEntry& format : format_table()) {
+      const std::string query =
+          "format=" + std::string(format.name) + (plane.name.empty() ? "" : "&aov=" + std::string(plane.name));
+      EXPECT_EQ(encode(pixels, plane.plane, {format.format, {}}).has_value(), bool(choose(query, aovs))) << query;
+    }
 }
 
 }  // namespace

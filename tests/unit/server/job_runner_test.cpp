@@ -59,7 +59,7 @@ class JobRunnerTest : public testing::Test {
 TEST_F(JobRunnerTest, RendersAJob) {
   const JobView job = ended(start(frame_scene(*scene_, 32, 32)));
   EXPECT_EQ(job.state, JobState::completed);
-  EXPECT_TRUE(job.film->complete());
+  EXPECT_TRUE((*jobs_.film(job.id))->complete());
   EXPECT_EQ(job.progress->tiles(), 16U);
   EXPECT_EQ(job.progress->samples(), 32U * 32U);
   EXPECT_EQ(job.progress->rays().camera, job.plan->camera_rays);
@@ -76,7 +76,7 @@ TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {
   scene_ = same_hash;
   const JobView job = ended(start(camera));
   ASSERT_TRUE(job.structure && job.structure->shared);
-  EXPECT_EQ(job.film->pixels().color.front(), first->background);
+  EXPECT_EQ((*jobs_.film(job.id))->pixels().color.front(), first->background);
 }
 
 TEST_F(JobRunnerTest, CountsTheObjectsThatNoRayWasTestedWith) {
@@ -198,7 +198,7 @@ TEST_F(JobRunnerTest, BuildsNothingWhereNothingProjects) {
   const JobView job = ended(start(PerspectiveCamera{View{{0, 0, 9}, {0, 0, 99}}}));
   EXPECT_EQ(job.state, JobState::completed) << job.error;
   EXPECT_FALSE(job.structure);
-  EXPECT_EQ(job.film->pixels().color.front(), (Rgb{1, 2, 3}));
+  EXPECT_EQ((*jobs_.film(job.id))->pixels().color.front(), (Rgb{1, 2, 3}));
   EXPECT_EQ(job.progress->rays().traced(), 0U);
 }
 
@@ -215,7 +215,7 @@ TEST_F(JobRunnerTest, ACanceledJobGoesNoFurther) {
   go.set_value();
   EXPECT_TRUE(scheduler_.shut_down(kLong));
   EXPECT_EQ((*jobs_.find(id)).state, JobState::canceled);
-  EXPECT_FALSE((*jobs_.find(id)).film);
+  EXPECT_FALSE(jobs_.film(id));
 }
 
 }  // namespace

@@ -38,7 +38,9 @@ TEST(JobTable, TakesAJobThroughItsStates) {
   EXPECT_TRUE(table.complete(id));
   const JobView job = *table.find(id);
   EXPECT_EQ(job.state, JobState::completed);
-  EXPECT_TRUE(job.times.preparing && job.times.rendering && job.times.ended && job.film && job.plan);
+  EXPECT_TRUE(job.times.preparing && job.times.rendering && job.times.ended && job.plan);
+  EXPECT_EQ(job.image, proto::ImageState::complete);
+  EXPECT_TRUE(table.film(id));
 }
 
 TEST(JobTable, NothingHappensAfterTheEnd) {
@@ -57,7 +59,8 @@ TEST(JobTable, NothingHappensAfterTheEnd) {
   const JobView view = *table.find(job->id);
   EXPECT_EQ(view.state, JobState::canceled);
   EXPECT_EQ(view.error, "");
-  EXPECT_FALSE(view.film);
+  EXPECT_EQ(view.image, proto::ImageState::none);
+  EXPECT_EQ(table.film(job->id).problem().code, ProblemCode::image_not_ready);
 }
 
 TEST(JobTable, AStateCannotBeSkipped) {
@@ -98,21 +101,91 @@ TEST(JobTable, CountsJobsThatHaveNotEnded) {
   EXPECT_TRUE(table.add(order()));
 }
 
-TEST(JobTable, CountsTheMemoryOfFilmsUntilTheyAreDeleted) {
+/// A job that is rendered to its end.
+std::string render(JobTable& table) {
+  const std::string id = add(table);
+  EXPECT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()) && table.complete(id));
+  return id;
+}
+
+proto::ImageState image(const JobTable& table, const std::string& id) { return (*table.find(id)).image; }
+
+TEST(JobTable, RefusesWhatUnfinishedJobsLeaveNoMemoryFor) {
   const std::uint64_t one = Film::memory_bytes(10, 10, {});
   JobTable table({1000, 1000, 2 * one});
-  const std::string rendered = add(table), waiting = add(table);
+  EXPECT_FALSE(table.refusal(order().settings));
+  const std::string first = add(table), waiting = add(table);
   EXPECT_EQ(table.add(order()).problem().code, ProblemCode::out_of_memory_budget);
-  ASSERT_TRUE(table.start_preparing(rendered) && table.start_rendering(rendered, std::nullopt, film()));
-  ASSERT_TRUE(table.complete(rendered));
-  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::out_of_memory_budget);
-  ASSERT_TRUE(table.cancel(waiting));  // It never had a film.
-  const auto next = table.add(order());
-  ASSERT_TRUE(next);
-  EXPECT_FALSE(table.add(order()));
-  EXPECT_FALSE(table.remove(rendered));
-  EXPECT_TRUE(table.add(order()));
   EXPECT_EQ(table.add(order(1, 1)).problem().code, ProblemCode::out_of_memory_budget);
+  EXPECT_EQ(table.refusal(order().settings)->code, ProblemCode::out_of_memory_budget);
+  ASSERT_TRUE(table.cancel(waiting));  // It never had a film.
+  EXPECT_FALSE(table.refusal(order().settings));
+  EXPECT_TRUE(table.add(order()));
+  ASSERT_TRUE(table.start_preparing(first) && table.start_rendering(first, std::nullopt, film()));
+  ASSERT_TRUE(table.complete(first));
+  EXPECT_EQ(image(table, first), proto::ImageState::complete);
+  EXPECT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, first), proto::ImageState::gone);
+  EXPECT_EQ(table.film(first).problem().code, ProblemCode::image_gone);
+}
+
+TEST(JobTable, TheOldestImagesGiveWay) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 10'000, 3 * one});
+  std::vector<std::string> ids;
+  for (int i = 0; i < 2000; ++i) ids.push_back(render(table));
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    EXPECT_EQ(state(table, ids[i]), JobState::completed);
+    EXPECT_EQ(image(table, ids[i]), i < 1997 ? proto::ImageState::gone : proto::ImageState::complete) << i;
+  }
+  EXPECT_FALSE(table.remove(ids[1999]));
+  render(table);
+  EXPECT_EQ(image(table, ids[1997]), proto::ImageState::complete) << "what was deleted left room";
+  ASSERT_TRUE(table.add(order(10, 20)));
+  EXPECT_EQ(image(table, ids[1997]), proto::ImageState::gone);
+  EXPECT_EQ(image(table, ids[1998]), proto::ImageState::gone) << "one large image takes two places";
+}
+
+TEST(JobTable, WhatACanceledJobRenderedGivesWayToo) {
+  JobTable table({1000, 1000, Film::memory_bytes(10, 10, {})});
+  const std::string id = add(table);
+  ASSERT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()));
+  EXPECT_EQ(image(table, id), proto::ImageState::partial);
+  ASSERT_TRUE(table.cancel(id));
+  EXPECT_EQ(image(table, id), proto::ImageState::partial);
+  EXPECT_TRUE(table.film(id));
+  ASSERT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, id), proto::ImageState::gone);
+}
+
+TEST(JobTable, AnImageThatIsReadStaysAndCounts) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 3 * one});
+  const std::string first = render(table), second = render(table), third = render(table);
+  auto reading = *table.film(first);
+  ASSERT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, first), proto::ImageState::gone);
+  EXPECT_EQ(reading->pixels().color.size(), 100U);
+  EXPECT_EQ(image(table, second), proto::ImageState::gone) << "the first still takes its place";
+  EXPECT_EQ(image(table, third), proto::ImageState::complete);
+  reading.reset();
+  ASSERT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, third), proto::ImageState::complete) << "now it doesn't";
+  reading = *table.film(third);
+  EXPECT_TRUE(table.add(order())) << "no job is refused because an image is read";
+  EXPECT_FALSE(table.add(order())) << "but because three aren't finished";
+}
+
+TEST(JobTable, IsFullWhenAnotherLikeThoseFindsNoRoom) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one + one / 2});
+  const Settings large = order(1000, 1000).settings;
+  EXPECT_FALSE(table.refusal(large)) << "nothing to do at all";
+  add(table);
+  EXPECT_FALSE(table.refusal(large));
+  add(table);
+  EXPECT_EQ(table.refusal(large)->code, ProblemCode::out_of_memory_budget);
+  EXPECT_FALSE(table.refusal(order(1, 1).settings));
 }
 
 TEST(JobTable, ForgetsWhatEndedFirst) {

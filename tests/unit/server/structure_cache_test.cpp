@@ -147,15 +147,15 @@ TEST(StructureCache, CountsWhatHasGrown) {
   const auto grown = ask(cache, "grown", scene).structure;
   ask(cache, "other", scene);
   bytes = 500'000;
-  cache.recount("grown", *grown);
+  cache.recount("grown", grown);
   EXPECT_TRUE(ask(cache, "other", scene).shared) << "there is room for both";
   bytes = 950'000;
-  cache.recount("grown", *grown);
+  cache.recount("grown", grown);
   EXPECT_TRUE(ask(cache, "grown", scene).shared);
   bytes = 100'000;
   EXPECT_FALSE(ask(cache, "other", scene).shared) << "it had to go";
   EXPECT_FALSE(ask(cache, "grown", scene).shared) << "and now this, which is counted as it was";
-  cache.recount("grown", *grown);
+  cache.recount("grown", grown);
   EXPECT_TRUE(ask(cache, "grown", scene).shared);
   EXPECT_NE(ask(cache, "grown", scene).structure, grown) << "what has gone doesn't come back";
 }

@@ -10,6 +10,7 @@ JobStatus sample() {
   return {.id = "j1",
           .name = "night",
           .state = JobState::rendering,
+          .image = ImageState::partial,
           .scene = "sha256:00",
           .width = 640,
           .height = 480,
@@ -30,6 +31,8 @@ TEST(JobStatus, SurvivesTheWire) {
   ASSERT_TRUE(back);
   EXPECT_EQ(to_json(*back), json);
   EXPECT_EQ(back->state, JobState::rendering);
+  EXPECT_EQ(json["image"], "partial");
+  EXPECT_EQ(back->image, ImageState::partial);
   EXPECT_EQ(back->eta, 12.5);
 
   JobStatus fresh = sample();

@@ -67,15 +67,16 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.progress = std::make_shared<Progress>();
   job.film_bytes = film;
   job.view.id = new_id();
+  job.id_for_ended = {job.view.id};
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
-  film_bytes_ += film;
-  ++unfinished_;
   Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
   spdlog::info("job {}: queued", job.view.id);
-  jobs_.emplace(job.view.id, std::move(job));
+  jobs_.emplace(admitted.id, std::move(job));
+  film_bytes_ += film;
+  ++unfinished_;
   return admitted;
 }
 
@@ -100,7 +101,8 @@ bool JobTable::change_state(Job& job, JobState to) {
 
 bool JobTable::end(Job& job, JobState to, FilmPtr& dropped) {
   if (!change_state(job, to)) return false;
-  job.among_ended = ended_.insert(ended_.end(), job.view.id);
+  job.among_ended = job.id_for_ended.begin();
+  ended_.splice(ended_.end(), job.id_for_ended);
   if (ended_.size() > limits_.ended_jobs) dropped = drop(jobs_.find(ended_.front()));
   return true;
 }

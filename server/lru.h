@@ -24,10 +24,13 @@ class Lru {
   }
 
   /// Adds or replaces. What has to go is moved into `evicted`, so that the caller can destroy it without a lock.
+  /// Nothing is added when that throws std::bad_alloc.
   void put(const std::string& key, Value value, std::uint64_t bytes, std::list<Value>& evicted) {
     if (const auto found = by_key_.find(key); found != by_key_.end()) drop(found->second, evicted);
-    entries_.push_front({key, std::move(value), bytes});
-    by_key_[key] = entries_.begin();
+    std::list<Entry> added;
+    added.push_front({key, std::move(value), bytes});
+    by_key_[key] = added.begin();
+    entries_.splice(entries_.begin(), added);
     bytes_ += bytes;
     while (bytes_ > limit_) drop(std::prev(entries_.end()), evicted);
   }
@@ -42,7 +45,7 @@ class Lru {
   };
 
   void drop(typename std::list<Entry>::iterator entry, std::list<Value>& evicted) {
-    evicted.push_back(std::move(entry->value));
+    evicted.push_back(std::move(entry->value));  // The one step that may throw.
     bytes_ -= entry->bytes;
     by_key_.erase(entry->key);
     entries_.erase(entry);

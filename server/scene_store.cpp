@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "server/lane.h"
 #include "server/received_file.h"
 
 namespace tessera::server {
@@ -43,6 +44,7 @@ Result<ParsedScene> SceneStore::find(const ContentHash& hash) {
   }
   std::ifstream file(path_of(hash), std::ios::binary);
   if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
+  FileBudget::spend(std::filesystem::file_size(path_of(hash)));
   const std::string document{std::istreambuf_iterator<char>(file), {}};
   auto parsed = proto::parse_scene(document, files_, limits_);
   if (!parsed) return parsed.problem();

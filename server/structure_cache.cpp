@@ -1,6 +1,7 @@
 #include "server/structure_cache.h"
 
 #include <chrono>
+#include <new>
 #include <utility>
 
 #include "core/accel/accel_table.h"
@@ -41,20 +42,25 @@ void StructureCache::get_or_build(const std::string& scene_hash, const std::shar
   }
 
   std::shared_ptr<const Structure> structure;
+  std::uint64_t bytes = 0;
   std::exception_ptr error;
   try {
     structure = build(scene, options);
+    bytes = bytes_of(*structure);
   } catch (...) {
+    structure = nullptr;
     error = std::current_exception();
   }
 
-  const std::uint64_t bytes = structure ? bytes_of(*structure) : 0;
   std::vector<Done> others;
   std::list<std::shared_ptr<const Structure>> evicted;
   {
     const std::lock_guard lock(mutex_);
     others = std::move(waiting_.extract(key).mapped());
-    if (structure) cache_.put(key, structure, bytes, evicted);
+    try {
+      if (structure) cache_.put(key, structure, bytes, evicted);
+    } catch (const std::bad_alloc&) {  // It isn't kept, then.
+    }
   }
   done(structure, false, error);
   for (const Done& other : others) other(structure, true, error);

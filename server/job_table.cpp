@@ -104,11 +104,11 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.spare_nodes = {job.view.id, job.view.id};
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
-  unfinished_bytes_ += film;
-  ++unfinished_;
   Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
   spdlog::info("job {}: queued", job.view.id);
-  jobs_.emplace(job.view.id, std::move(job));
+  jobs_.emplace(admitted.id, std::move(job));
+  unfinished_bytes_ += film;
+  ++unfinished_;
   return admitted;
 }
 

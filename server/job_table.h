@@ -25,7 +25,8 @@ namespace tessera::server {
 /// ended first before the others. Safe to call from any number of threads.
 ///
 /// Lock order of the server: JobTable, StructureCache, SceneStore and Scheduler have one mutex each; none is held
-/// while another part is called, so no two are ever held at once.
+/// while another part is called, so no two are ever held at once. The log has one, too, which is held for a moment and
+/// never while anything is waited for: so a line may be logged under any other.
 class JobTable {
  public:
   struct Limits {

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "server/lane.h"
 #include "server/received_file.h"
 
 namespace tessera::server {
@@ -39,6 +40,7 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document, const std::st
 SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_token& unwanted) const {
   std::ifstream file(path_of(hash), std::ios::binary);
   if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
+  FileBudget::spend(std::filesystem::file_size(path_of(hash)));
   const std::string document{std::istreambuf_iterator<char>(file), {}};
   auto parsed = proto::parse_scene(document, files_, limits_, unwanted);
   if (!parsed) return parsed.problem();

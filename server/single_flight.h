@@ -66,12 +66,7 @@ class SingleFlight {
       });
       if (joined.kept) return *joined.kept;
       const std::stop_callback leaving(abandoned, [&] { leave(key, joined.flight); });
-      if (joined.first) {
-        fly(key, joined.flight, make);
-      } else if (FileBudget::is_limited()) {
-        leave(key, joined.flight);
-        throw TooHeavy{};
-      }
+      if (joined.first) fly(key, joined.flight, make);
       std::unique_lock lock(waiter->mutex);
       if (!waiter->changed.wait(lock, abandoned, [&] { return waiter->answered; })) throw proto::Abandoned();
       const Answer& answer = joined.flight->answer;
@@ -142,6 +137,7 @@ class SingleFlight {
     const std::lock_guard lock(mutex_);
     if (auto kept = kept_.find(key)) return {std::move(kept), nullptr};
     if (const auto found = flights_.find(key); found != flights_.end()) {
+      if (FileBudget::is_limited()) throw TooHeavy{};
       found->second->asked.push_back(done);
       ++found->second->wanted;
       return {std::nullopt, found->second};

@@ -8,21 +8,22 @@
 
 #include "core/scene/material.h"
 #include "proto/import/import.h"
+#include "proto/wire/material_libraries.h"
 
 namespace tessera::proto {
 
 /// The materials of the MTL libraries that one OBJ file names.
 class MtlLibraries {
  public:
-  /// Beyond these an OBJ file's libraries are ignored, with a warning.
-  static constexpr std::size_t kMostLookedFor = 64;
   static constexpr std::uintmax_t kLargestFile = 16ULL << 20;
+  /// Beyond this an OBJ file's libraries are ignored, with a warning.
+  static constexpr std::uintmax_t kMostBytes = 2 * kLargestFile;
 
-  explicit MtlLibraries(const CompanionSource& companions) : companions_(companions) {}
+  explicit MtlLibraries(const CompanionSource& companions)
+      : companions_(companions), search_([this](const std::string& name) { return load_file(name); }) {}
 
-  /// Loads the libraries of a mtllib statement: names between blanks, or names that hold blanks themselves. False
-  /// when one isn't there or can't be read. A name that was looked for before counts as it did then.
-  bool load(std::string_view names);
+  /// Loads the libraries of a mtllib statement. False when one isn't there or can't be read.
+  bool load(std::string_view arguments);
 
   /// Into `materials`; nothing for a name that no library has. The first library that has a name wins.
   std::optional<std::uint32_t> find(std::string_view name) const;
@@ -35,7 +36,9 @@ class MtlLibraries {
   void load_text(std::string text, std::string_view name);
 
   const CompanionSource& companions_;
-  std::map<std::string, bool> looked_for_;
+  LibrarySearch search_;
+  bool can_read_all_ = true;
+  std::uintmax_t bytes_left_ = kMostBytes;
   std::map<std::string, std::uint32_t, std::less<>> by_name_;
 };
 

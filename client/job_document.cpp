@@ -25,6 +25,8 @@ constexpr const char* kStandardInput = "-";
 // More than any server takes; less than would exhaust the stack of a program that walks the document.
 constexpr int kMaxDepth = 1000;
 
+std::string name_of(const std::string& scene) { return scene == kStandardInput ? "standard input" : scene; }
+
 std::ifstream open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code ignored;
@@ -39,11 +41,14 @@ std::string read_all(const std::string& scene) {
 }
 
 [[noreturn]] void refuse_kind(const std::string& scene, proto::FileKind kind, const char* known) {
-  throw Failure(Failure::Kind::local_file, scene + " is " + std::string(proto::description(kind)) + "; " + known);
+  throw Failure(Failure::Kind::local_file,
+                name_of(scene) + " is " + std::string(proto::description(kind)) + "; " + known);
 }
 
 json parse(const std::string& text, const std::string& scene) {
-  const auto refuse = [&](const std::string& why) { throw Failure(Failure::Kind::local_file, scene + ": " + why); };
+  const auto refuse = [&](const std::string& why) {
+    throw Failure(Failure::Kind::local_file, name_of(scene) + ": " + why);
+  };
   std::vector<std::set<std::string>> keys;  // of the objects that are open: of repeated ones, only the last would stay
   const auto guard = [&](int depth, json::parse_event_t event, json& parsed) {
     using Event = json::parse_event_t;

@@ -426,7 +426,7 @@ class Scenes(ClientTest):
             done = self.tessera("render", name, code=LOCAL_FILE)
             self.assertEqual(done.stderr, f"tessera: {name} is {kind}; known are JSON documents, OBJ, PLY and NFF\n")
         done = self.tessera("render", "-", code=LOCAL_FILE, stdin="solid cube\nfacet normal 0 0 1\n")
-        self.assertIn("is an STL file", done.stderr)
+        self.assertIn("tessera: standard input is an STL file; ", done.stderr)
         self.write("triangle.txt", RED_TRIANGLE)
         self.tessera("render", "triangle.txt", "--size", "8x8")
 

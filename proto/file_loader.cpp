@@ -128,8 +128,8 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
       const auto given = reference.companions->find(std::string(name));
       if (given != reference.companions->end()) file = given->second;
     } else {
-      const auto sibling =
-          files_.asset((std::filesystem::path(folder_of(reference.name)) / name).generic_string(), stop_);
+      const std::filesystem::path path = std::filesystem::path(folder_of(reference.name)) / name;
+      const auto sibling = files_.asset(path.lexically_normal().generic_string(), stop_);
       if (sibling) assets.push_back(*(file = *sibling));
     }
     if (!file) return std::nullopt;

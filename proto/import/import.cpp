@@ -10,9 +10,9 @@
 #include "proto/import/nff.h"
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
-#include "proto/import/printable.h"
 #include "proto/import/read_file.h"
 #include "proto/names.h"
+#include "proto/wire/printable.h"
 
 namespace tessera::proto {
 namespace {

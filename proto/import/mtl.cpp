@@ -282,49 +282,24 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
-bool MtlLibraries::load(std::string_view names) {
-  std::vector<std::string_view> words;
-  TextCursor cursor(names, TextCursor::kNoComment);
-  for (std::string_view word = cursor.next(); !word.empty() && words.size() < kMostLookedFor; word = cursor.next()) {
-    words.push_back(word);
-  }
-  bool all_found = !words.empty();
-  for (std::size_t first = 0, taken = 0; first < words.size(); first += std::max<std::size_t>(taken, 1)) {
-    // The longest name first: "box red.mtl" is a file rather than two.
-    for (taken = words.size() - first; taken > 0; --taken) {
-      const char* begin = words[first].data();
-      const std::string_view last = words[first + taken - 1];
-      if (load_file({begin, last.data() + last.size()})) break;
-    }
-    all_found &= taken > 0;
-  }
-  return all_found;
+bool MtlLibraries::load(std::string_view arguments) {
+  can_read_all_ = true;
+  return search_.look_for(arguments) && can_read_all_;
 }
 
 bool MtlLibraries::load_file(const std::string& name) {
-  const auto known = looked_for_.find(name);
-  if (known != looked_for_.end()) return known->second;
-  if (looked_for_.size() >= kMostLookedFor) return false;
-  bool& loaded = looked_for_[name] = false;
-
-  // Backslashes are Windows' slashes, or stand before the blanks of a name.
-  std::string path;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    if (name[i] != '\\') {
-      path += name[i];
-    } else if (i + 1 == name.size() || name[i + 1] != ' ') {
-      path += '/';
-    }
-  }
-  const std::optional<std::filesystem::path> file = companions_ ? companions_(path) : std::nullopt;
+  const std::optional<std::filesystem::path> file = companions_ ? companions_(name) : std::nullopt;
   if (!file) return false;
   try {
-    load_text(read_file(*file, name, kLargestFile), name);
-    loaded = true;
+    std::string text = read_file(*file, name, kLargestFile);
+    if (text.size() > bytes_left_) throw BrokenFile{{{name, "The libraries before this one are too large together"}}};
+    bytes_left_ -= text.size();
+    load_text(std::move(text), name);
   } catch (const BrokenFile& broken) {
     for (const FieldError& error : broken.errors) warnings.push_back({error.pointer, error.detail});
+    can_read_all_ = false;
   }
-  return loaded;
+  return true;
 }
 
 void MtlLibraries::load_text(std::string text, std::string_view name) {

@@ -10,6 +10,7 @@
 
 #include "core/scene/material.h"
 #include "proto/import/import.h"
+#include "proto/wire/material_libraries.h"
 
 namespace tessera::proto {
 
@@ -26,16 +27,17 @@ namespace tessera::proto {
 ///   `illum` counts as 2.
 class MtlLibraries {
  public:
-  /// Beyond these an OBJ file's libraries are ignored, with a warning.
-  static constexpr std::size_t kMostLookedFor = 64;
   static constexpr std::uintmax_t kLargestFile = 16ULL << 20;
+  /// Beyond this an OBJ file's libraries are ignored, with a warning.
+  static constexpr std::uintmax_t kMostBytes = 2 * kLargestFile;
 
   explicit MtlLibraries(const CompanionSource& companions, std::stop_token stop = {})
-      : companions_(companions), stop_(std::move(stop)) {}
+      : companions_(companions),
+        stop_(std::move(stop)),
+        search_([this](const std::string& name) { return load_file(name); }) {}
 
-  /// Loads the libraries of a mtllib statement: names between blanks, or names that hold blanks themselves. False
-  /// when one isn't there or can't be read. A name that was looked for before counts as it did then.
-  bool load(std::string_view names);
+  /// Loads the libraries of a mtllib statement. False when one isn't there or can't be read.
+  bool load(std::string_view arguments);
 
   /// Into `materials`; nothing for a name that no library has. The first library that has a name wins.
   std::optional<std::uint32_t> find(std::string_view name) const;
@@ -49,7 +51,9 @@ class MtlLibraries {
 
   const CompanionSource& companions_;
   const std::stop_token stop_;
-  std::map<std::string, bool> looked_for_;
+  LibrarySearch search_;
+  bool can_read_all_ = true;
+  std::uintmax_t bytes_left_ = kMostBytes;
   std::map<std::string, std::uint32_t, std::less<>> by_name_;
 };
 

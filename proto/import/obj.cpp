@@ -15,6 +15,7 @@
 #include "proto/import/obj_part.h"
 #include "proto/import/obj_text.h"
 #include "proto/import/text_cursor.h"
+#include "proto/wire/material_libraries.h"
 
 namespace tessera::proto {
 namespace {
@@ -114,7 +115,7 @@ class ObjReader {
     } else if (keyword == "usemtl") {
       start_part(key_.material, arguments);
       if (!arguments.empty()) used_.try_emplace(key_.material, text_.line());
-    } else if (keyword == "mtllib") {
+    } else if (is_mtllib(keyword)) {
       if (!arguments.empty() && !libraries_.load(arguments))
         notes_.add("A material library that is named here isn't there or can't be read", text_.line());
     } else {

@@ -80,7 +80,7 @@ double run_steps(const std::filesystem::path& scene, std::uint32_t samples, cons
   const client::Client client(daemon.address());
   step("start the daemon");
   nlohmann::json job = document_of(scene, samples);
-  const client::NamedFiles files = client::name_files_by_content(job, client::folder_of(scene));
+  const client::NamedFiles files = client::name_files_by_content(job, {.folder = client::folder_of(scene)});
   step("hash the mesh's file");
   for (const client::LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
   step("upload it");

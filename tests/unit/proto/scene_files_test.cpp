@@ -152,6 +152,18 @@ TEST(SceneFiles, AnMtlLibraryOutsideTheAssetRootIsNotThere) {
   EXPECT_FALSE(scene->warnings.empty());
 }
 
+TEST(SceneFiles, AnMtlLibraryIsFoundUnderTheAssetRootHoweverItIsNamed) {
+  for (const char* name : {"../colours.mtl", "..\\colours.mtl", "./x/../../colours.mtl", "/home/bob/beside.mtl",
+                           "C:\\bob\\beside.mtl", "../../../beside.mtl", "\"beside.mtl\""}) {
+    TestFiles files;
+    files.add_asset("a/model.obj", "MTLLIB " + std::string(name) + std::string(kObj.substr(kObj.find('\n'))));
+    files.add_asset("colours.mtl", kMtl);
+    files.add_asset("a/beside.mtl", kMtl);
+    const auto scene = parsed(objects(R"({"type": "file", "path": "a/model.obj"})"), files).scene;
+    EXPECT_TRUE(scene->warnings.empty()) << name;
+  }
+}
+
 TEST(SceneFiles, ABrokenFileIsSaidOnceWithItsLine) {
   TestFiles files;
   files.add_asset("broken.ply", "ply\nformat ascii 1.0\nnonsense\n");

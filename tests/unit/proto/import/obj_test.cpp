@@ -7,10 +7,12 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
 #include "proto/import/broken_file.h"
+#include "proto/import/mtl.h"
 #include "proto/import/polygon.h"
 
 namespace tessera::proto {
@@ -317,7 +319,8 @@ class ObjMaterials : public testing::Test {
   Imported read_with(const std::string& statements) {
     return import_obj(kSquare + statements, "a.obj", [&](std::string_view name) -> std::optional<fs::path> {
       asked_.emplace_back(name);
-      return fs::is_regular_file(folder_ / name) ? std::optional(folder_ / name) : std::nullopt;
+      std::error_code error;  // Names may be longer than any file's.
+      return fs::is_regular_file(folder_ / name, error) ? std::optional(folder_ / name) : std::nullopt;
     });
   }
 
@@ -526,9 +529,65 @@ TEST_F(ObjMaterials, EmptyAndBrokenLibraries) {
 
 TEST_F(ObjMaterials, LibrariesWithoutNumberAreNotLookedForForever) {
   std::string statements;
-  for (int i = 0; i < 1000; ++i) statements += "mtllib " + std::to_string(i) + " a b c\n";
+  for (int i = 0; i < 5000; ++i) statements += "mtllib " + std::to_string(i) + " a b c\n";
   EXPECT_EQ(read_with(statements + "f 1 2 3\n").parts.size(), 1U);
-  EXPECT_LE(asked_.size(), 64U);
+  EXPECT_LE(asked_.size(), LibrarySearch::kMostNames);
+}
+
+TEST_F(ObjMaterials, ComeFromMoreLibrariesThanALineShouldName) {
+  std::string statement = "mtllib";
+  std::string faces;
+  for (int i = 0; i < 100; ++i) {
+    const std::string name = 'm' + std::to_string(i);
+    write(name + ".mtl", "newmtl " + name + "\n");
+    statement += ' ' + name + ".mtl";
+    faces += "usemtl " + name + "\nf 1 2 3\n";
+  }
+  const Imported file = read_with(statement + '\n' + faces);
+  EXPECT_EQ(file.materials.size(), 100U);
+  EXPECT_TRUE(file.warnings.empty());
+}
+
+TEST_F(ObjMaterials, LibrariesAreReadUpToASize) {
+  std::string statements;
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = 'm' + std::to_string(i);
+    write(name + ".mtl", "newmtl " + name + "\n#" + std::string(MtlLibraries::kMostBytes / 3, 'x') + '\n');
+    statements += "mtllib " + name + ".mtl\n";
+  }
+  const Imported file = read_with(statements + "f 1 2 3\n");
+  EXPECT_EQ(file.materials.size(), 2U);
+  EXPECT_EQ(file.warnings.back().pointer, "m3.mtl");
+}
+
+/// Whoever sends an OBJ file with its libraries finds them by the scanner, in pieces; the reader has lines of its own.
+TEST_F(ObjMaterials, ReaderAndScannerSeeTheSameStatements) {
+  constexpr std::string_view kPieces[] = {"mtllib", "MtlLib", " ",  "\t", "\\", "\n", "\r",   "\r\n",
+                                          "#",      "a.mtl",  "\"", "v",  "x",  "mt", "\\\n", "\nmtllib b "};
+  for (unsigned seed = 0; seed < 3000; ++seed) {
+    std::mt19937 random(seed);
+    std::string text;
+    for (int i = 0; i < 24; ++i) text += kPieces[random() % std::size(kPieces)];
+
+    std::vector<std::string> read, scanned;
+    const auto list = [](std::vector<std::string>& names) {
+      return [&names](std::string_view name) { return names.emplace_back(name), false; };
+    };
+    const auto read_by = list(read);
+    try {
+      import_obj(text, "a.obj", [&](std::string_view name) { return read_by(name), std::nullopt; });
+    } catch (const BrokenFile&) {
+      continue;  // What it saw until then isn't all.
+    }
+    LibrarySearch search(list(scanned));
+    MtllibScanner scanner([&](std::string_view arguments) { search.look_for(arguments); });
+    for (std::size_t at = 0, size = 0; at < text.size(); at += size) {
+      size = 1 + random() % 7;
+      scanner.feed(std::string_view(text).substr(at, size));
+    }
+    scanner.finish();
+    EXPECT_EQ(scanned, read) << "seed " << seed << '\n' << text;
+  }
 }
 
 }  // namespace

@@ -291,7 +291,7 @@ bool MtlLibraries::load_file(const std::string& name) {
   const std::optional<std::filesystem::path> file = companions_ ? companions_(name) : std::nullopt;
   if (!file) return false;
   try {
-    std::string text = read_file(*file, name, kLargestFile);
+    std::string text = read_file(*file, name, kLargestFile, stop_);
     if (text.size() > bytes_left_) throw BrokenFile{{{name, "The libraries before this one are too large together"}}};
     bytes_left_ -= text.size();
     load_text(std::move(text), name);

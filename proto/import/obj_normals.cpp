@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numbers>
+#include <optional>
 
+#include "core/math/portable.h"
 #include "core/math/unit_vec3.h"
 #include "proto/import/polygon.h"
 
@@ -70,11 +73,11 @@ class Smoothing {
     for (ObjFaces* mesh : meshes_) {
       for_each_face(*mesh, steps_, [&](std::span<const ObjCorner> corners, std::uint32_t group) {
         if (group == 0) return;
-        const Vec3d area = area_of(corners);
-        if (!is_finite(to_float(area))) return;
-        for (const ObjCorner corner : corners) {
-          const std::size_t place = place_of(key(group, corner.position));
-          if (place != keys_.size()) sums_[place] = sums_[place] + area;
+        const std::optional<UnitVec3> normal = UnitVec3::normalize(area_of(corners));
+        if (!normal) return;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+          const std::size_t place = place_of(key(group, corners[i].position));
+          if (place != keys_.size()) sums_[place] = sums_[place] + to_double(*normal) * angle_at(corners, i);
         }
       });
     }
@@ -84,6 +87,18 @@ class Smoothing {
     face_.clear();
     for (const ObjCorner corner : corners) face_.push_back(corner.position);
     return area_vector(positions_, face_);
+  }
+
+  /// Between the sides that meet in a corner; 0 where one has no length.
+  double angle_at(std::span<const ObjCorner> corners, std::size_t i) const {
+    const auto at = [&](std::size_t corner) {
+      return to_double(positions_[corners[corner % corners.size()].position]);
+    };
+    const Vec3d a = at(i + 1) - at(i), b = at(i + corners.size() - 1) - at(i);
+    const double lengths = length(a) * length(b);
+    if (!(lengths > 0)) return 0;
+    const double ahead = lengths + dot(a, b);
+    return ahead > 0 ? 2 * portable_atan(length(cross(a, b)) / ahead) : std::numbers::pi;
   }
 
   void assign(ObjFaces& mesh) {
@@ -111,7 +126,7 @@ class Smoothing {
   std::vector<Vec3>& normals_;
   Steps& steps_;
   std::vector<Key> keys_;            ///< Of corners that need a smooth normal, ascending.
-  std::vector<Vec3d> sums_;          ///< Of the area vectors that meet there.
+  std::vector<Vec3d> sums_;          ///< Of the faces' normals that meet there.
   std::uint32_t first_smooth_ = 0;   ///< Of the normals made of `sums_`, in `normals_`.
   std::vector<std::uint32_t> face_;  ///< Scratch.
 };

@@ -19,8 +19,8 @@ namespace tessera::proto {
 /// convex), otherwise ear clipping (Meisters 1975; tests as in Held 2001, "FIST"). A polygon that crosses itself
 /// still gives n − 2 triangles over its corners, some of them turned over.
 ///
-/// Takes at most some n steps, each a search for corners in a triangle. False, and nothing is added, with a corner that
-/// is NaN, infinite or beyond `kLargestCoordinate`.
+/// Takes O(n) searches of a k-d tree: near O(n log n), and O(n√n) where most cuts are long and thin. False, and nothing
+/// is added, with a corner that is NaN, infinite or beyond `kLargestCoordinate`. Throws `Abandoned` by way of `steps`.
 bool triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t> corners,
                  std::vector<TriangleIndices>& triangles, Steps& steps);
 

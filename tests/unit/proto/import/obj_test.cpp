@@ -244,6 +244,17 @@ TEST(Obj, FacesOfOneSmoothingGroupShareTheirNormals) {
   }
 }
 
+TEST(Obj, FacesCountByTheirAngleRatherThanByTheirArea) {
+  // Two rectangles of different sizes, whose exporter wrote the normals beside them (tinyobjloader's issue 29).
+  const std::string squares = "v 0 2 0\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 4 0 -1.255298\nv 4 2 -1.255298\ns 1\n";
+  for (const char* faces : {"f 1 2 3 4\nf 4 3 5 6\n", "f 1 2 3\nf 1 3 4\nf 4 3 5\nf 4 5 6\n"}) {
+    const Vec3 ridge = normals_at(mesh(read(squares + faces))).at({2, 0, 0}).at(0);
+    EXPECT_NEAR(ridge.x, 0.276597, 1e-5);
+    EXPECT_NEAR(ridge.y, 0, 1e-6);
+    EXPECT_NEAR(ridge.z, 0.960986, 1e-5);
+  }
+}
+
 TEST(Obj, SmoothingEndsAtItsGroup) {
   for (const char* off : {"s off\n", "s 0\n"}) {
     EXPECT_TRUE(mesh(read(kRoof + off + "f 1 2 3 4\nf 4 3 5 6\n")).normals.empty()) << "flat";

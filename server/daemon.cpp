@@ -28,6 +28,7 @@
 #include "server/job_table.h"
 #include "server/listener.h"
 #include "server/log.h"
+#include "server/memory_reserve.h"
 #include "server/scene_store.h"
 #include "server/scheduler.h"
 #include "server/services.h"
@@ -154,6 +155,7 @@ std::uint32_t most_connections(const Config& config) {
 }
 
 void serve_until_signal(const Config& config, const ReadConfig& read_again, const sigset_t& signals, Log& log) {
+  MemoryReserve::refill();
   Backend backend(config);
   Lane quick(kQuickThreads), slow(kSlowThreads);
   Connections connections{backend.services, quick, slow, most_connections(config)};

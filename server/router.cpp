@@ -154,8 +154,7 @@ Response run_handler(const Route& route, Services& services, Request& request) {
   } catch (const proto::Abandoned&) {
     return {};  // Nobody is there to read it.
   } catch (const std::bad_alloc&) {
-    spdlog::error("{} {}: out of memory", route.method, route.pattern);
-    return problem_response({ProblemCode::out_of_memory_budget, "There is no memory for the answer.", {}});
+    throw;
   } catch (const std::exception& error) {
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
     return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});

@@ -23,6 +23,7 @@
 #include "server/blob_store.h"
 #include "server/chunked_body.h"
 #include "server/config.h"
+#include "server/memory_reserve.h"
 #include "server/request_head.h"
 #include "server/router.h"
 
@@ -56,6 +57,16 @@ constexpr std::string_view kNoMemory =
 // those of braced initialisers twice.
 
 Problem problem(ProblemCode code, std::string detail) { return {code, std::move(detail), {}}; }
+
+// What makes JSON may draw on the reserve.
+Response refuse(const Problem& why) {
+  const MemoryReserve::Share share;
+  return problem_response(why);
+}
+std::variant<const Route*, Response> route_of(Request& request) {
+  const MemoryReserve::Share share;
+  return find_route(request);
+}
 
 std::string http_date() {
   const std::time_t now = std::time(nullptr);
@@ -194,6 +205,7 @@ class Session {
   }
 
   Task<bool> answer_one() {
+    MemoryReserve::refill();
     input_.shrink();
     RequestHead head;
     std::optional<Problem> wrong;
@@ -204,7 +216,7 @@ class Session {
     body_is_read_ = !wrong && !head.has_body();
     Response response;
     if (wrong)
-      response = problem_response(*wrong);
+      response = refuse(*wrong);
     else
       response = co_await respond(head);
     if (channel_.broken().stop_requested()) {
@@ -241,10 +253,10 @@ class Session {
     Request request;
     request.abandoned = channel_.broken();
     if (auto wrong = read_request(head, request)) {
-      response = problem_response(*wrong);
+      response = refuse(*wrong);
       co_return response;
     }
-    const auto found = find_route(request);
+    const auto found = route_of(request);
     if (const auto* answered = std::get_if<Response>(&found)) {
       response = *answered;
       co_return response;
@@ -261,7 +273,7 @@ class Session {
       wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");
     }
     if (wrong)
-      response = problem_response(*wrong);
+      response = refuse(*wrong);
     else
       response = co_await handle(head, route, request);
     co_return response;
@@ -302,6 +314,7 @@ class Session {
   }
 
   Outcome run_guarded(const Route& route, Request& request) noexcept {
+    const MemoryReserve::Share share;
     Outcome outcome;
     try {
       outcome.response = run_handler(route, services_, request);

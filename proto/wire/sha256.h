@@ -16,7 +16,7 @@ using ContentHash = std::string;
 
 bool is_content_hash(std::string_view text);
 
-/// Hashes bytes as they arrive. One thread at a time.
+/// Hashes bytes as they arrive. One thread at a time. No memory is a std::bad_alloc.
 class Sha256 {
  public:
   Sha256();

@@ -6,6 +6,7 @@
 #include "proto/names.h"
 #include "proto/read_accel.h"
 #include "proto/read_camera.h"
+#include "proto/read_values.h"
 #include "proto/scene_parser.h"
 
 namespace tessera::proto {
@@ -98,6 +99,7 @@ std::optional<JobRequest> read_job(const JsonCursor& document, const FileSource&
   if (const auto image = fields.optional("image")) read_image(*image, job.settings, limits);
   if (const auto settings = fields.optional("settings")) read_settings(*settings, job.settings, limits);
   read(fields.optional("name"), job.name, kLongestName);
+  read_schema_name(fields.optional("$schema"));
   fields.refuse_unknown();
   if (!document.errors().empty()) return std::nullopt;
   return job;

@@ -24,6 +24,10 @@ bool read_color(std::optional<JsonCursor> value, Rgb& out, const NumberRange& ra
   return true;
 }
 
+bool read_schema_name(std::optional<JsonCursor> value) {
+  return !value || value->kind() == JsonKind::string || value->expected("the URI of a schema, as a string");
+}
+
 bool read_direction(std::optional<JsonCursor> value, UnitVec3& out) {
   Vec3 numbers = out;
   if (!value || !read(value, numbers, kAnyNumber)) return !value;

@@ -15,7 +15,7 @@ constexpr std::size_t kChunk = 1 << 16;
 
 class CanonicalDump {
  public:
-  explicit CanonicalDump(const FileIdentities& files) : files_(files) {}
+  CanonicalDump(const JsonCursor& scene, const FileIdentities& files) : scene_(scene), files_(files) {}
 
   void value(const JsonCursor& value) {
     switch (value.kind()) {
@@ -74,6 +74,7 @@ class CanonicalDump {
     const auto file = files_.find(object.index());
     std::vector<std::pair<std::string_view, JsonCursor>> members;
     object.each_member([&](std::string_view key, JsonCursor member) {
+      if (object.index() == scene_.index() && key == "$schema") return;  // It says nothing of the scene.
       const bool names_file = key == "path" || key == "blob" || key == "format" || key == "companions";
       if (file == files_.end() || !names_file) members.emplace_back(key, member);
     });
@@ -98,6 +99,7 @@ class CanonicalDump {
     write(";");
   }
 
+  const JsonCursor& scene_;
   const FileIdentities& files_;
   Sha256 hash_;
   std::string pending_;
@@ -106,7 +108,7 @@ class CanonicalDump {
 }  // namespace
 
 ContentHash scene_hash(const JsonCursor& scene, const FileIdentities& files) {
-  CanonicalDump dump(files);
+  CanonicalDump dump(scene, files);
   dump.value(scene);
   return dump.finish();
 }

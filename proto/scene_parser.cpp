@@ -73,6 +73,7 @@ class SceneParser {
     JsonFields fields(document_, "a scene");
     const auto objects = fields.required("objects");
     const auto background = fields.optional("background"), camera = fields.optional("camera");
+    read_schema_name(fields.optional("$schema"));
     read_materials(fields.optional("materials"));
     read_lights(fields.optional("lights"));
     read_geometries(fields.optional("geometries"));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/lane.h"
+
 namespace tessera::server {
 namespace fs = std::filesystem;
 using proto::Problem;
@@ -45,6 +47,7 @@ proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash)
   std::error_code error;
   if (!fs::is_regular_file(path, error))
     return refused("There is no blob " + hash + "; upload it first with PUT /v1/blobs/" + hash + ".");
+  FileBudget::spend(fs::file_size(path, error));
   return proto::SourceFile{std::move(path), hash};
 }
 
@@ -62,6 +65,7 @@ proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path
   const Problem missing = refused("There is no such file under the asset root.");
   const fs::path path = fs::canonical(asset_root_ / relative, error);
   if (error || !is_within(path, asset_root_) || !fs::is_regular_file(path, error)) return missing;
+  FileBudget::spend(fs::file_size(path, error));
   auto hash = proto::hash_file(path);
   if (!hash) return refused("The file can't be read.");
   return proto::SourceFile{path, *std::move(hash)};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <ostream>
 #include <thread>
 #include <vector>
 
@@ -33,12 +34,27 @@ struct Paths {
   std::string structure_dir;
 };
 
+/// For what makes no sense when it is 0. Texts that are no numbers are refused elsewhere.
+const CLI::Validator kAtLeast1(
+    [](std::string& text) {
+      const bool is_zero = !text.empty() && text.find_first_not_of('0') == std::string::npos;
+      return is_zero ? std::string("has to be at least 1") : std::string();
+    },
+    "", "at least 1");
+
+/// CLI11 takes -1 for the largest number of 64 bits.
+const CLI::Validator kNotNegative(
+    [](std::string& text) { return text.starts_with('-') ? std::string("can't be negative") : std::string(); }, "",
+    "not negative");
+
 void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   const auto flag = [&app](const std::string& name, auto& value, const std::string& help) {
     return app.add_option(name, value, help)->envname(variable_of(name))->capture_default_str()->take_last();
   };
   const auto size = [&flag](const std::string& name, std::uint64_t& value, const std::string& help) {
-    flag(name, value, help + " (bytes, or with a unit: 64MiB)")->transform(CLI::AsSizeValue(true));
+    return flag(name, value, help + " (bytes, or with a unit: 64MiB)")
+        ->transform(CLI::AsSizeValue(true))
+        ->transform(kNotNegative);
   };
   app.set_config("--config", "", "A file of `flag = value` lines")->envname("TESSERA_CONFIG");
   flag("--host", config.host, "Address to listen on");
@@ -50,22 +66,28 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
   flag("--timeout", config.timeout, "Seconds for a request's header and for each piece of a body")
       ->check(CLI::Range(1U, 3600U));
-  size("--max-body", config.max_body, "Largest JSON document");
-  size("--max-blob", config.max_blob, "Largest uploaded file");
-  size("--max-bodies", config.max_bodies, "All JSON documents in flight together");
-  flag("--max-jobs", config.max_jobs, "Most jobs that haven't ended");
+  flag("--max-connections", config.max_connections, "Most connections at once; others wait to be accepted")
+      ->check(kAtLeast1);
+  size("--max-body", config.max_body, "Largest JSON document")->check(kAtLeast1);
+  size("--max-blob", config.max_blob, "Largest uploaded file")->check(kAtLeast1);
+  size("--max-bodies", config.max_bodies, "All JSON documents in flight together")->check(kAtLeast1);
+  flag("--max-jobs", config.max_jobs, "Most jobs that haven't ended")->check(kAtLeast1);
   flag("--max-ended-jobs", config.max_ended_jobs, "Most jobs that have ended; the oldest are forgotten")
-      ->check(CLI::Range(1U, 0xFFFF'FFFFU));
-  size("--max-film-memory", config.max_film_memory, "Images of all jobs together; the oldest of ended jobs give way");
+      ->check(kAtLeast1);
+  size("--max-film-memory", config.max_film_memory, "Images of all jobs together; the oldest of ended jobs give way")
+      ->check(kAtLeast1);
   size("--image-cache", config.image_cache, "Encoded images to keep");
   size("--scene-cache", config.scene_cache, "Parsed scenes to keep");
   size("--structure-cache", config.structure_cache, "Built structures to keep");
   flag("--structure-dir", paths.structure_dir,
        "Folder where hierarchies of meshes are kept for the next start, and for other daemons; none without it");
-  size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go");
-  flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image");
-  flag("--max-samples", config.documents.max_samples, "Most samples of an image");
-  size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene");
+  size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go")
+      ->check(kAtLeast1);
+  flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image")->check(kNotNegative)->check(kAtLeast1);
+  flag("--max-samples", config.documents.max_samples, "Most samples of an image")
+      ->check(kNotNegative)
+      ->check(kAtLeast1);
+  size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene")->check(kAtLeast1);
   app.add_flag("--print-routes", config.print_routes, "Print the routes that are served and leave")
       ->configurable(false);
 }
@@ -82,9 +104,28 @@ std::vector<std::string> command_line(const CLI::App& app, int argc, const char*
   return words;
 }
 
+/// Where the value that an error is about came from, if that isn't the command line.
+std::string source_of(const CLI::App& app, const std::string& error, int argc, const char* const* argv) {
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = option->get_name(), &variable = option->get_envname();
+    const std::size_t at = error.find(name);
+    if (name.empty() || at == std::string::npos || std::isalnum(static_cast<unsigned char>(error[at + name.size()])) ||
+        error[at + name.size()] == '-')
+      continue;
+    const bool is_given = std::any_of(argv + 1, argv + argc, [&](std::string_view word) {
+      return word.starts_with(name) && (word.size() == name.size() || word[name.size()] == '=');
+    });
+    if (is_given) return "";
+    if (!variable.empty() && std::getenv(variable.c_str())) return " (from the environment: " + variable + ")";
+    const CLI::Option* file = app.get_config_ptr();
+    if (file->count() > 0) return " (from " + file->as<std::string>() + ")";
+  }
+  return "";
+}
+
 }  // namespace
 
-std::variant<Config, int> parse_config(int argc, const char* const* argv) {
+std::variant<Config, int> parse_config(int argc, const char* const* argv, std::ostream& out, std::ostream& errors) {
   Config config;
   Paths paths;
   CLI::App app("tesserad: renders scenes that come in over HTTP", "tesserad");
@@ -94,7 +135,9 @@ std::variant<Config, int> parse_config(int argc, const char* const* argv) {
   try {
     app.parse(command_line(app, argc, argv));
   } catch (const CLI::ParseError& error) {
-    return app.exit(error);
+    if (error.get_exit_code() == 0) return app.exit(error, out, errors);  // Help, or the version.
+    errors << error.what() << source_of(app, error.what(), argc, argv) << "\nRun with --help for more information.\n";
+    return kUsageError;
   }
   if (config.threads == 0) config.threads = std::max(1U, std::thread::hardware_concurrency());
   config.data_dir = paths.data_dir;

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <variant>
@@ -19,16 +21,17 @@ struct Config {
   std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.
   std::string log_level = "info";
 
-  unsigned timeout = 30;                       ///< Seconds for a request's header, and for each piece of a body.
-  std::uint64_t max_body = 256ULL << 20;       ///< Of one JSON document.
-  std::uint64_t max_blob = 8ULL << 30;         ///< Of one uploaded file.
-  std::uint64_t max_bodies = 1ULL << 30;       ///< Of all JSON documents held at once.
-  std::uint32_t max_jobs = 1000;               ///< Jobs that haven't ended.
-  std::uint32_t max_ended_jobs = 10000;        ///< Jobs that have ended and are still known.
-  std::uint64_t max_film_memory = 4ULL << 30;  ///< Of the images of all jobs; those of ended jobs give way.
-  std::uint64_t image_cache = 256ULL << 20;    ///< Encoded images kept for the next request.
-  std::uint64_t scene_cache = 2ULL << 30;      ///< Parsed scenes kept for the next job.
-  std::uint64_t structure_cache = 4ULL << 30;  ///< Built structures kept for the next job.
+  unsigned timeout = 30;  ///< Seconds for a request's header, and for each piece of a body.
+  std::uint32_t max_connections = 1000;
+  std::uint64_t max_body = 256ULL << 20;               ///< Of one JSON document.
+  std::uint64_t max_blob = 8ULL << 30;                 ///< Of one uploaded file.
+  std::uint64_t max_bodies = 1ULL << 30;               ///< Of all JSON documents held at once.
+  std::uint32_t max_jobs = 1000;                       ///< Jobs that haven't ended.
+  std::uint32_t max_ended_jobs = 10000;                ///< Jobs that have ended and are still known.
+  std::uint64_t max_film_memory = 4ULL << 30;          ///< Of the images of all jobs; those of ended jobs give way.
+  std::uint64_t image_cache = 256ULL << 20;            ///< Encoded images kept for the next request.
+  std::uint64_t scene_cache = 2ULL << 30;              ///< Parsed scenes kept for the next job.
+  std::uint64_t structure_cache = 4ULL << 30;          ///< Built structures kept for the next job.
   std::optional<std::filesystem::path> structure_dir;  ///< Where they are kept for the next start, if anywhere,
   std::uint64_t max_structure_dir = 16ULL << 30;       ///< and how much of them.
   proto::Limits documents;
@@ -36,9 +39,16 @@ struct Config {
   bool print_routes = false;  ///< Print the table of routes and leave.
 };
 
+/// Exit status of a program that was called in a way that makes no sense.
+inline constexpr int kUsageError = 2;
+
 /// Reads flags, then environment (TESSERA_PORT for --port, and so on), then the file that --config names; the
 /// first that sets a value wins. An unknown flag or an unknown key of the file is an error. An exit status when
-/// the program should leave at once: help was asked for (0), or something was wrong, and has been told on stderr.
-std::variant<Config, int> parse_config(int argc, const char* const* argv);
+/// the program should leave at once: help was asked for (0), or something was wrong (`kUsageError`), and has been told
+/// on `errors`, with where the value came from.
+std::variant<Config, int> parse_config(int argc, const char* const* argv, std::ostream& out, std::ostream& errors);
+
+/// The same with the arguments that the program was called with.
+using ReadConfig = std::function<std::variant<Config, int>(std::ostream& out, std::ostream& errors)>;
 
 }  // namespace tessera::server

@@ -1,25 +1,22 @@
 #include "server/daemon.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
 
 #include "core/accel/wide/wide_accel.h"
 #include "core/accel/wide/wide_build.h"
@@ -30,6 +27,7 @@
 #include "server/job_runner.h"
 #include "server/job_table.h"
 #include "server/listener.h"
+#include "server/log.h"
 #include "server/scene_store.h"
 #include "server/scheduler.h"
 #include "server/services.h"
@@ -37,13 +35,11 @@
 #include "server/wide_store.h"
 
 namespace tessera::server {
-namespace asio = boost::asio;
-
 namespace {
 
-constexpr auto kAwait = asio::as_tuple(asio::use_awaitable);
 constexpr unsigned kIoThreads = 2;
-constexpr unsigned kWorkers = 2;
+constexpr unsigned kQuickThreads = 2;
+constexpr unsigned kSlowThreads = 2;
 /// How long requests, and units of work, that are in progress may go on when the daemon stops.
 constexpr std::chrono::milliseconds kPatience{2000};
 constexpr std::chrono::milliseconds kLookAgain{5};
@@ -92,55 +88,109 @@ struct Backend {
   Services services;
 };
 
-void start_log(const std::string& level) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("tesserad"));
-  spdlog::set_level(spdlog::level::from_str(level));
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+/// The threads that serve connections, each with a loop of its own.
+class IoThreads {
+ public:
+  ~IoThreads() { stop(); }
+
+  /// Throws std::system_error when there can't be so many.
+  void start(const FileDescriptor& listening, Connections& connections) {
+    for (EventLoop& loop : loops_) accept_all(loop, listening, connections).handle.resume();
+    for (EventLoop& loop : loops_) threads_.emplace_back([&loop] { loop.run(); });
+  }
+
+  void stop() {
+    for (EventLoop& loop : loops_) loop.stop();
+    threads_.clear();
+  }
+
+ private:
+  std::array<EventLoop, kIoThreads> loops_;
+  std::vector<std::jthread> threads_;
+};
+
+/// Signals that are waited for, and that no thread is interrupted by.
+sigset_t hold_signals() {
+  std::signal(SIGPIPE, SIG_IGN);  // A log whose reader is gone is no reason to stop.
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    std::signal(signal, SIG_DFL);  // What is ignored, as behind nohup, can't be waited for.
+    sigaddset(&signals, signal);
+  }
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signals;
 }
 
-/// Waits for a signal; then refuses what is new, ends jobs, lets requests in progress finish, and stops `io`.
-asio::awaitable<void> stop_on_signal(asio::io_context& io, asio::signal_set& signals, asio::ip::tcp::acceptor& acceptor,
-                                     Backend& backend, const Connections& connections) {
-  const auto [error, signal] = co_await signals.async_wait(kAwait);
-  spdlog::info("signal {}: stopping", signal);
-  backend.services.shutting_down = true;
-  backend.jobs.shut_down();
-  asio::post(acceptor.get_executor(), [&acceptor] { acceptor.close(); });
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (connections.requests_active > 0 && std::chrono::steady_clock::now() < deadline) {
-    asio::steady_timer timer(io, kLookAgain);
-    co_await timer.async_wait(kAwait);
+void set_level_again(const ReadConfig& read_again) {
+  std::ostringstream said;
+  const auto read = read_again(said, said);
+  if (const Config* config = std::get_if<Config>(&read)) {
+    spdlog::set_level(spdlog::level::from_str(config->log_level));
+    spdlog::info("SIGHUP: the log's level is {}; other settings take a restart", config->log_level);
+  } else {
+    spdlog::error("SIGHUP: the settings stay as they are: {}", said.str());
   }
+}
+
+/// Works until a signal says that it is enough.
+void wait_for_end(const sigset_t& signals, const ReadConfig& read_again) {
+  for (int signal = 0;;) {
+    if (sigwait(&signals, &signal) != 0) continue;
+    if (signal != SIGHUP) return spdlog::info("signal {}: stopping", signal);
+    try {
+      set_level_again(read_again);
+    } catch (const std::exception& error) {
+      spdlog::error("SIGHUP: {}", error.what());
+    }
+  }
+}
+
+/// As many connections as the settings allow and the system has file descriptors for, half of them being for files.
+std::uint32_t most_connections(const Config& config) {
+  rlimit files{};
+  if (::getrlimit(RLIMIT_NOFILE, &files) != 0) return config.max_connections;
+  return static_cast<std::uint32_t>(std::min<rlim_t>(config.max_connections, std::max<rlim_t>(files.rlim_cur / 2, 1)));
+}
+
+void serve_until_signal(const Config& config, const ReadConfig& read_again, const sigset_t& signals, Log& log) {
+  Backend backend(config);
+  Lane quick(kQuickThreads), slow(kSlowThreads);
+  Connections connections{backend.services, quick, slow, most_connections(config)};
+  const FileDescriptor listening = listen_on(config.host, config.port);
+  IoThreads io;
+  io.start(listening, connections);
+  std::cout << "listening on " << url_of(listening) << std::endl;
+  spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
+
+  wait_for_end(signals, read_again);
+  backend.services.shutting_down = true;
+  ::shutdown(listening.value(), SHUT_RD);  // Nobody connects any more.
+  backend.jobs.shut_down();
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (connections.requests_active > 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(kLookAgain);
   io.stop();
+  const bool idle = backend.scheduler.shut_down(kPatience) && connections.requests_active == 0;
+  spdlog::info("stopped");
+  if (!idle) {  // A build or a parse that can't be interrupted: nothing of it is worth waiting for.
+    log.close();
+    std::_Exit(0);
+  }
 }
 
 }  // namespace
 
-void run_daemon(const Config& config) {
-  start_log(config.log_level);
-  Backend backend(config);
-  asio::thread_pool workers(kWorkers);
-  Connections connections{backend.services, workers};
-  asio::io_context io;
-  std::signal(SIGPIPE, SIG_IGN);  // A log whose reader is gone is no reason to stop.
-  asio::signal_set signals(io, SIGTERM, SIGINT);
-  auto acceptor = listen_on(io, config.host, config.port);
-  asio::co_spawn(acceptor.get_executor(), accept_all(io, acceptor, connections), asio::detached);
-  asio::co_spawn(io, stop_on_signal(io, signals, acceptor, backend, connections), asio::detached);
-  std::cout << "listening on " << url_of(acceptor) << std::endl;
-  spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
-
-  {
-    std::vector<std::jthread> threads;
-    for (unsigned i = 0; i < kIoThreads; ++i) threads.emplace_back([&io] { io.run(); });
+int run_daemon(const Config& config, const ReadConfig& read_again) {
+  const sigset_t signals = hold_signals();
+  Log log(config.log_level);
+  try {
+    serve_until_signal(config, read_again, signals, log);
+    return 0;
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return 1;
   }
-  const bool idle = backend.scheduler.shut_down(kPatience) && connections.requests_active == 0;
-  spdlog::info("stopped");
-  if (!idle) {  // A build or a parse that can't be interrupted: nothing of it is worth waiting for.
-    spdlog::default_logger()->flush();
-    std::_Exit(0);
-  }
-  workers.join();
 }
 
 }  // namespace tessera::server

@@ -46,22 +46,35 @@ void JobRunner::guard(const Run& run, Step step) {
   try {
     step();
   } catch (const std::bad_alloc&) {
-    jobs_.fail(run.job.id, "the server ran out of memory");
+    fail(run.job.id, "the server ran out of memory");
   } catch (const std::exception& error) {
-    jobs_.fail(run.job.id, error.what());
+    fail(run.job.id, error.what());
+  }
+}
+
+void JobRunner::fail(const std::string& id, const char* why) noexcept {
+  try {
+    jobs_.fail(id, why);
+  } catch (const std::bad_alloc&) {  // For the words: short ones take none.
+    jobs_.fail(id, "out of memory");
   }
 }
 
 void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
                       const Camera& camera) {
-  auto run = std::make_shared<Run>(structures_);
-  run->job = job;
-  run->scene_hash = order.scene_hash;
-  run->scene = std::move(scene);
-  run->camera = camera;
-  run->settings = order.settings;
-  scheduler_.submit(
-      1, [this, run](std::size_t) { guard(*run, [&] { prepare(run); }); }, job.stop);
+  try {
+    auto run = std::make_shared<Run>(structures_);
+    run->job = job;
+    run->scene_hash = order.scene_hash;
+    run->scene = std::move(scene);
+    run->camera = camera;
+    run->settings = order.settings;
+    scheduler_.submit(
+        1, [this, run](std::size_t) { guard(*run, [&] { prepare(run); }); }, job.stop);
+  } catch (const std::bad_alloc&) {
+    fail(job.id, "out of memory");
+    throw;
+  }
 }
 
 void JobRunner::prepare(const std::shared_ptr<Run>& run) {

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <memory>
+#include <string>
 
 #include "core/scene/scene.h"
 #include "server/job_table.h"
@@ -17,7 +18,8 @@ class JobRunner {
   JobRunner(Scheduler& scheduler, StructureCache& structures, JobTable& jobs)
       : scheduler_(scheduler), structures_(structures), jobs_(jobs) {}
 
-  /// Starts a job that the table has admitted, for this scene seen through this camera.
+  /// Starts a job that the table has admitted, for this scene seen through this camera. Fails the job, and throws
+  /// std::bad_alloc, when there is no memory for that.
   void start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
              const Camera& camera);
 
@@ -32,6 +34,8 @@ class JobRunner {
   /// Runs a step of a job; an exception fails the job.
   template <typename Step>
   void guard(const Run& run, Step step);
+  /// Where there isn't even memory for the words, in shorter ones.
+  void fail(const std::string& id, const char* why) noexcept;
 
   Scheduler& scheduler_;
   StructureCache& structures_;

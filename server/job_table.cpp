@@ -1,6 +1,7 @@
 #include "server/job_table.h"
 
 #include <algorithm>
+#include <new>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -98,15 +99,17 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.progress = std::make_shared<Progress>();
   job.film_bytes = film;
   job.view.id = new_id();
+  job.id_for_ended = {job.view.id};
+  job.id_for_images = {job.view.id};
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
-  unfinished_bytes_ += film;
-  ++unfinished_;
   Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
   spdlog::info("job {}: queued", job.view.id);
-  jobs_.emplace(job.view.id, std::move(job));
+  jobs_.emplace(admitted.id, std::move(job));
+  unfinished_bytes_ += film;
+  ++unfinished_;
   return admitted;
 }
 
@@ -132,15 +135,23 @@ bool JobTable::change_state(Job& job, JobState to) {
 
 bool JobTable::end(Job& job, JobState to, Films& dropped) {
   if (!change_state(job, to)) return false;
-  job.among_ended = ended_.insert(ended_.end(), job.view.id);
-  if (job.film) job.among_images = ended_images_.insert(ended_images_.end(), job.view.id);
+  job.among_ended = job.id_for_ended.begin();
+  ended_.splice(ended_.end(), job.id_for_ended);
+  if (job.film) {
+    job.among_images = job.id_for_images.begin();
+    ended_images_.splice(ended_images_.end(), job.id_for_images);
+  }
   if (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), dropped);
   return true;
 }
 
 void JobTable::drop_film(Job& job, Films& dropped) {
-  if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
-  dropped.push_back(std::move(job.film));
+  try {
+    if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
+    dropped.push_back(job.film);
+  } catch (const std::bad_alloc&) {  // Then it isn't counted any more, or freed here.
+  }
+  job.film.reset();
   ended_bytes_ -= job.film_bytes;
   ended_images_.erase(job.among_images);
   job.view.image = proto::ImageState::gone;

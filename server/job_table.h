@@ -25,7 +25,8 @@ namespace tessera::server {
 /// ended first before the others. Safe to call from any number of threads.
 ///
 /// Lock order of the server: JobTable, StructureCache, SceneStore and Scheduler have one mutex each; none is held
-/// while another part is called, so no two are ever held at once.
+/// while another part is called, so no two are ever held at once. The log has one, too, which is held for a moment and
+/// never while anything is waited for: so a line may be logged under any other.
 class JobTable {
  public:
   struct Limits {
@@ -59,6 +60,7 @@ class JobTable {
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
   /// `structure` is what it has come to be by the end.
   bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt);
+  /// Takes no memory beyond that of a copy of `why`.
   bool fail(const std::string& id, const std::string& why);
 
   /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays.
@@ -87,6 +89,8 @@ class JobTable {
     std::stop_source stop;
     std::uint64_t film_bytes;                       ///< Of its image, or set aside for it.
     std::shared_ptr<const Film> film;               ///< Once it renders, until it gives way.
+    std::list<std::string> id_for_ended;            ///< Until it ends, which then takes no memory;
+    std::list<std::string> id_for_images;           ///< and likewise.
     std::list<std::string>::iterator among_ended;   ///< Once it has ended.
     std::list<std::string>::iterator among_images;  ///< As long as it has ended, and its film is there.
   };

@@ -2,23 +2,19 @@
 
 #include <string>
 
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-
 #include "server/session.h"
 
 namespace tessera::server {
 
-/// Listens on host:port (0: any free port), on a strand of its own. Throws std::runtime_error when it can't.
-boost::asio::ip::tcp::acceptor listen_on(boost::asio::io_context& io, const std::string& host, std::uint16_t port);
+/// Listens on host:port (0: any free port). Throws std::runtime_error when it can't.
+FileDescriptor listen_on(const std::string& host, std::uint16_t port);
 
-/// Accepts connections, each served on a strand of its own, until the acceptor is closed. Runs on the acceptor's
-/// executor.
-boost::asio::awaitable<void> accept_all(boost::asio::io_context& io, boost::asio::ip::tcp::acceptor& acceptor,
-                                        Connections& connections);
+/// Accepts connections and begins to serve them on `loop`, until the server shuts down. Several loops may share one
+/// socket. While as many are open as there may be, or the system has no more to give, others wait in the system's
+/// queue.
+Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connections& connections);
 
 /// "http://127.0.0.1:8080", with the port that it got.
-std::string url_of(const boost::asio::ip::tcp::acceptor& acceptor);
+std::string url_of(const FileDescriptor& listening);
 
 }  // namespace tessera::server

@@ -2,26 +2,22 @@
 #include <iostream>
 #include <variant>
 
-#include <spdlog/spdlog.h>
-
 #include "server/config.h"
 #include "server/daemon.h"
 #include "server/router.h"
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace tessera::server;
-  const auto parsed = parse_config(argc, argv);
+  const auto read = [&](std::ostream& out, std::ostream& errors) { return parse_config(argc, argv, out, errors); };
+  const auto parsed = read(std::cout, std::cerr);
   if (const int* status = std::get_if<int>(&parsed)) return *status;
   const Config& config = std::get<Config>(parsed);
   if (config.print_routes) {
     std::cout << describe_routes();
     return 0;
   }
-  try {
-    run_daemon(config);
-    return 0;
-  } catch (const std::exception& error) {
-    spdlog::critical("{}", error.what());
-    return 1;
-  }
+  return run_daemon(config, read);
+} catch (const std::exception& error) {
+  std::cerr << error.what() << std::endl;
+  return 1;
 }

@@ -1,5 +1,9 @@
 #include "server/request.h"
 
+#include <algorithm>
+
+#include "server/http_syntax.h"
+
 namespace tessera::server {
 namespace {
 
@@ -38,19 +42,23 @@ bool for_each_piece(std::string_view text, char separator, Piece piece) {
   }
 }
 
-/// "http://host/path" becomes "/path": every server has to take the absolute form (RFC 9112, 3.2.2).
-std::string_view without_authority(std::string_view text) {
+/// "http://host/path" becomes "/path": every server has to take the absolute form (RFC 9112, 3.2.2). Nothing when the
+/// host isn't one.
+std::optional<std::string> without_authority(std::string_view text) {
   constexpr std::string_view kScheme = "http://";
-  if (!text.starts_with(kScheme)) return text;
-  const std::size_t path = text.find('/', kScheme.size());
-  return path == std::string_view::npos ? "/" : text.substr(path);
+  if (!equal_but_for_case(text.substr(0, kScheme.size()), kScheme)) return std::string(text);
+  text.remove_prefix(kScheme.size());
+  const std::size_t end = std::min(text.find_first_of("/?#"), text.size());
+  if (end == 0 || text.front() == ':' || !is_host(text.substr(0, end))) return std::nullopt;
+  return (text.substr(end).starts_with('/') ? "" : "/") + std::string(text.substr(end));
 }
 
 }  // namespace
 
-std::optional<Target> parse_target(std::string_view text) {
-  text = without_authority(text);
-  if (!text.starts_with('/') || text.find('#') != std::string_view::npos) return std::nullopt;
+std::optional<Target> parse_target(std::string_view given) {
+  const auto path_and_query = without_authority(given);
+  if (!path_and_query || !path_and_query->starts_with('/') || !is_path_and_query(*path_and_query)) return std::nullopt;
+  const std::string_view text = *path_and_query;
   Target target;
   const std::size_t question = text.find('?');
   const std::string_view path = text.substr(1, question == std::string_view::npos ? question : question - 1);

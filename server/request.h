@@ -15,12 +15,13 @@ namespace tessera::server {
 
 /// A request target, decoded.
 struct Target {
-  std::vector<std::string> segments;  ///< Of the path: "/v1/jobs" is {"v1", "jobs"}, "/" is {""}.
+  std::vector<std::string> segments;  ///< Of the path: "/v1/jobs" is {"v1", "jobs"}, "/" is {""}; none: the server.
   std::vector<std::pair<std::string, std::string>> query;
 };
 
-/// Splits "/path?query" (or "http://host/path?query") and undoes percent encoding. Nothing when it isn't one.
-std::optional<Target> parse_target(std::string_view text);
+/// Splits "/path?query" (or "http://host/path?query") and undoes percent encoding. Nothing when it isn't one
+/// (RFC 9112, 3.2; RFC 9110, 4.2.1).
+std::optional<Target> parse_target(std::string_view given);
 
 /// What a handler sees of a request: nothing of sockets.
 struct Request {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
+#include <new>
 #include <optional>
 
 #include <spdlog/spdlog.h>
@@ -18,10 +20,10 @@ using proto::ProblemCode;
 
 std::span<const Route> route_table() {
   static const std::vector<Route> table = {
-      {"PUT", "/v1/blobs/{hash}", {}, Body::file, Place::worker, put_blob},
-      {"POST", "/v1/scenes", {}, Body::json, Place::worker, post_scene},
-      {"GET", "/v1/scenes/{hash}", {}, Body::none, Place::worker, describe_scene},
-      {"POST", "/v1/jobs", {}, Body::json, Place::worker, post_job},
+      {"PUT", "/v1/blobs/{hash}", {}, Body::file, Place::slow, put_blob},
+      {"POST", "/v1/scenes", {}, Body::json, Place::quick, post_scene},
+      {"GET", "/v1/scenes/{hash}", {}, Body::none, Place::quick, describe_scene},
+      {"POST", "/v1/jobs", {}, Body::json, Place::quick, post_job},
       {"GET", "/v1/jobs", {"after", "limit", "state"}, Body::none, Place::io, list_jobs},
       {"GET", "/v1/jobs/{id}", {}, Body::none, Place::io, show_job},
       {"DELETE", "/v1/jobs/{id}", {}, Body::none, Place::io, delete_job},
@@ -30,7 +32,7 @@ std::span<const Route> route_table() {
        "/v1/jobs/{id}/image",
        {"aov", "format", "partial", "quality", "subsampling"},
        Body::none,
-       Place::worker,
+       Place::quick,
        fetch_image},
       {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
@@ -39,8 +41,11 @@ std::span<const Route> route_table() {
       {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
       {"GET", "/v1/capabilities", {}, Body::none, Place::io, show_capabilities},
       {"GET", "/openapi.json", {}, Body::none, Place::io, show_openapi},
+      {"GET", "/schemas/", {}, Body::none, Place::io, list_schemas},
       {"GET", "/schemas/scene.schema.json", {}, Body::none, Place::io, show_scene_schema},
       {"GET", "/schemas/job.schema.json", {}, Body::none, Place::io, show_job_schema},
+      {"GET", "/problems/", {}, Body::none, Place::io, list_problems},
+      {"GET", "/problems/{code}", {}, Body::none, Place::io, show_problem},
   };
   return table;
 }
@@ -104,16 +109,26 @@ std::optional<Problem> refuse_body(const Route& route, const Request& request) {
   return std::nullopt;
 }
 
+/// Methods that are known here (RFC 9110, 9; RFC 5789), though no route may have them. CONNECT isn't: this is no proxy.
+constexpr std::string_view kMethods[] = {"GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"};
+
+void allow(std::vector<std::string_view>& allowed, std::string_view method) {
+  if (std::ranges::find(allowed, method) == allowed.end()) allowed.push_back(method);
+  if (method == "GET") allow(allowed, "HEAD");
+}
+
 }  // namespace
 
 std::variant<const Route*, Response> find_route(Request& request) {
+  if (std::ranges::find(kMethods, request.method) == std::end(kMethods))
+    return problem_response({ProblemCode::not_implemented, "No resource of this server knows this method.", {}});
   std::vector<std::string_view> allowed;
+  const bool is_for_server = request.target.segments.empty();
   for (const Route& route : route_table()) {
-    auto parameter = match(route.pattern, request.target.segments);
+    auto parameter = is_for_server ? std::string() : match(route.pattern, request.target.segments);
     if (!parameter) continue;
     if (route.method != request.method) {
-      allowed.push_back(route.method);
-      if (route.method == "GET") allowed.push_back("HEAD");
+      allow(allowed, route.method);
       continue;
     }
     request.parameter = *std::move(parameter);
@@ -125,6 +140,8 @@ std::variant<const Route*, Response> find_route(Request& request) {
   if (allowed.empty())
     return problem_response(
         {ProblemCode::not_found, "There is nothing at this path; GET /openapi.json lists all.", {}});
+  allow(allowed, "OPTIONS");
+  if (request.method == "OPTIONS") return Response{204, {{"Allow", listed(allowed)}}, ""};
   Response response =
       problem_response({ProblemCode::method_not_allowed, "This resource knows " + listed(allowed) + " only.", {}});
   response.headers.emplace_back("Allow", listed(allowed));
@@ -136,6 +153,9 @@ Response run_handler(const Route& route, Services& services, Request& request) {
     return route.handle(services, request);
   } catch (const proto::Abandoned&) {
     return {};  // Nobody is there to read it.
+  } catch (const std::bad_alloc&) {
+    spdlog::error("{} {}: out of memory", route.method, route.pattern);
+    return problem_response({ProblemCode::out_of_memory_budget, "There is no memory for the answer.", {}});
   } catch (const std::exception& error) {
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
     return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});

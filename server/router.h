@@ -16,9 +16,9 @@ namespace tessera::server {
 /// What a route takes as its body.
 enum class Body { none, json, file };
 
-/// Where a handler runs: I/O threads for what is answered from memory, the workers for everything that parses,
-/// encodes or touches the disk.
-enum class Place { io, worker };
+/// Where a handler runs: on an I/O thread what is answered from memory; in the quick lane what has little to do unless
+/// its document is large, or names large files; in the slow lane all else that computes or touches the disk.
+enum class Place { io, quick, slow };
 
 /// A row of the one table of routes.
 struct Route {
@@ -31,12 +31,13 @@ struct Route {
 };
 std::span<const Route> route_table();
 
-/// Finds the route of a request and sets its `parameter`; or the refusal: unknown path, wrong method, a hash that
-/// isn't one, query parameters that the route doesn't know, or a body of a type that it doesn't take.
+/// Finds the route of a request and sets its `parameter`; or the answer, where none is needed: to OPTIONS, and
+/// refusals: unknown path, wrong method, a hash that isn't one, query parameters that the route doesn't know, or a body
+/// of a type that it doesn't take.
 std::variant<const Route*, Response> find_route(Request& request);
 
-/// Runs the handler. An exception becomes a logged `internal_error`; of a request that was abandoned, a response that
-/// nobody reads.
+/// Runs the handler. An exception becomes a logged `internal_error`, or `out_of_memory_budget`; no memory for that is a
+/// std::bad_alloc. TooHeavy is passed on. Of a request that was abandoned, a response that nobody reads.
 Response run_handler(const Route& route, Services& services, Request& request);
 
 /// The table as text, one route a line: "GET /v1/jobs after limit state".

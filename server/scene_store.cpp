@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "server/lane.h"
 #include "server/received_file.h"
 
 namespace tessera::server {
@@ -48,6 +49,8 @@ SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_toke
 }
 
 Result<ParsedScene> SceneStore::find(const ContentHash& hash, const std::stop_token& abandoned) {
+  if (const auto kept = scenes_.find(hash)) return ParsedScene{**kept, hash};
+  FileBudget::leave_quick_lane();  // It may have to wait for another one that parses it.
   const auto make = [&](const std::stop_token& unwanted) {
     Found found = read(hash, unwanted);
     const auto bytes = found ? std::optional(memory_bytes(**found)) : std::nullopt;

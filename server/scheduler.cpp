@@ -1,6 +1,7 @@
 #include "server/scheduler.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include <boost/asio/post.hpp>
@@ -24,34 +25,43 @@ void Scheduler::submit(std::size_t count, Unit unit, std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
     if (closed_) return;
-    turns_.push_back(std::move(batch));
+    turns_.push_back(batch);
     new_workers = static_cast<unsigned>(std::min<std::size_t>(count, threads_ - workers_));
     workers_ += new_workers;
   }
-  for (unsigned i = 0; i < new_workers; ++i) boost::asio::post(pool_, [this] { work(); });
+  try {
+    for (; new_workers > 0; --new_workers) boost::asio::post(pool_, [this] { work(); });
+  } catch (const std::bad_alloc&) {
+    const std::lock_guard lock(mutex_);
+    workers_ -= new_workers;
+    if (workers_ > 0) return;  // They do it.
+    turns_.remove(batch);
+    idle_.notify_all();
+    throw;
+  }
 }
 
 void Scheduler::work() {
   for (;;) {
-    std::deque<std::shared_ptr<Batch>> dropped;
+    Turns dropped;
     const Taken taken = take(dropped);
     if (!taken.batch) return;
     taken.batch->unit(taken.index);
   }
 }
 
-Scheduler::Taken Scheduler::take(std::deque<std::shared_ptr<Batch>>& dropped) {
+Scheduler::Taken Scheduler::take(Turns& dropped) {
   const std::lock_guard lock(mutex_);
   if (closed_) turns_.swap(dropped);
   while (!turns_.empty()) {
-    std::shared_ptr<Batch> batch = std::move(turns_.front());
-    turns_.pop_front();
+    std::shared_ptr<Batch> batch = turns_.front();
     if (batch->stop.stop_requested()) {
-      dropped.push_back(std::move(batch));
+      dropped.splice(dropped.end(), turns_, turns_.begin());
       continue;
     }
     const std::size_t index = batch->next++;
-    if (batch->next < batch->count) turns_.push_back(batch);
+    Turns& next = batch->next < batch->count ? turns_ : dropped;
+    next.splice(next.end(), turns_, turns_.begin());
     return {std::move(batch), index};
   }
   if (--workers_ == 0) idle_.notify_all();

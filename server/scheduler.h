@@ -3,8 +3,8 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
-#include <deque>
 #include <functional>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -24,7 +24,7 @@ class Scheduler {
   ~Scheduler();
 
   /// Runs `unit` for 0..count−1 in that order, as threads become free. Units that haven't begun are dropped once
-  /// `stop` is requested, or the scheduler shuts down.
+  /// `stop` is requested, or the scheduler shuts down. Throws std::bad_alloc, and runs none then.
   void submit(std::size_t count, Unit unit, std::stop_token stop = {});
 
   /// Begins no more units, and waits for those in progress. Whether they all ended in time.
@@ -39,6 +39,7 @@ class Scheduler {
     Unit unit;
     std::stop_token stop;
   };
+  using Turns = std::list<std::shared_ptr<Batch>>;
   struct Taken {
     std::shared_ptr<Batch> batch;
     std::size_t index;
@@ -47,13 +48,13 @@ class Scheduler {
   /// The body of a pool thread's task: works until nothing is left.
   void work();
   /// The next unit in turn, or none, and then this worker counts as gone. Stopped batches end up in `dropped`.
-  Taken take(std::deque<std::shared_ptr<Batch>>& dropped);
+  Taken take(Turns& dropped);
 
   const unsigned threads_;
   std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
   std::condition_variable idle_;
-  std::deque<std::shared_ptr<Batch>> turns_;  ///< Batches with units left; the front is next.
-  unsigned workers_ = 0;                      ///< Tasks of the pool that are at work.
+  Turns turns_;           ///< Batches with units left; the front is next. Taking turns takes no memory.
+  unsigned workers_ = 0;  ///< Tasks of the pool that are at work.
   bool closed_ = false;
   boost::asio::thread_pool pool_;
 };

@@ -1,53 +1,61 @@
 #include "server/session.h"
 
 #include <algorithm>
-#include <cctype>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <ctime>
-#include <memory>
+#include <exception>
+#include <iterator>
+#include <new>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <variant>
+#include <vector>
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
 
 #include "server/blob_store.h"
+#include "server/chunked_body.h"
 #include "server/config.h"
+#include "server/request_head.h"
 #include "server/router.h"
 
 namespace tessera::server {
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
 using proto::Problem;
 using proto::ProblemCode;
-using Parser = http::request_parser<http::buffer_body>;
 
 namespace {
 
-constexpr auto kAwait = asio::as_tuple(asio::use_awaitable);
-constexpr std::uint32_t kHeaderLimit = 16 << 10;
-constexpr std::size_t kPieceBytes = 128 << 10;
+constexpr std::size_t kFirstRead = 4 << 10;
+constexpr std::size_t kPieceBytes = 64 << 10;
 constexpr std::chrono::seconds kLinger{2};
+constexpr unsigned kMostSteps = 16;
+/// What the quick lane takes: documents of so many bytes, that name files of so many.
+constexpr std::size_t kQuickDocument = 64 << 10;
+constexpr std::uint64_t kQuickFiles = 256 << 10;
+/// A client that says no more is asked after so long whether it still listens.
+constexpr std::chrono::milliseconds kBeforeAsking{250};
+
+constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+constexpr std::string_view kProcessing = "HTTP/1.1 102 Processing\r\n\r\n";
+/// The answer that takes no memory.
+constexpr std::string_view kNoMemory =
+    "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/problem+json\r\nRetry-After: 1\r\n"
+    "Connection: close\r\n\r\n"
+    R"({"type":"/problems/out_of_memory_budget","title":"The server is short of memory","status":503,)"
+    R"("detail":"Try again later.","code":"out_of_memory_budget","errors":[]})"
+    "\n";
 
 // Temporaries with destructors are kept out of co_await and co_return expressions throughout: g++ 12 may destroy
 // those of braced initialisers twice.
 
 Problem problem(ProblemCode code, std::string detail) { return {code, std::move(detail), {}}; }
-
-Response refusal(ProblemCode code, std::string detail) { return problem_response(problem(code, std::move(detail))); }
-
-/// Runs `work` on the pool; the caller goes on, on its own executor, with the result.
-template <typename Work>
-asio::awaitable<std::invoke_result_t<Work>> run_on(asio::thread_pool& pool, Work work) {
-  auto task = [&work]() -> asio::awaitable<std::invoke_result_t<Work>> { co_return work(); };
-  co_return co_await asio::co_spawn(pool, task, asio::use_awaitable);
-}
 
 std::string http_date() {
   const std::time_t now = std::time(nullptr);
@@ -57,16 +65,51 @@ std::string http_date() {
   return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts)};
 }
 
-/// Counts a request as active for as long as it lives.
-class Active {
+struct Reason {
+  int status;
+  std::string_view phrase;
+};
+constexpr Reason kReasons[] = {{200, "OK"},
+                               {201, "Created"},
+                               {202, "Accepted"},
+                               {204, "No Content"},
+                               {304, "Not Modified"},
+                               {400, "Bad Request"},
+                               {404, "Not Found"},
+                               {405, "Method Not Allowed"},
+                               {406, "Not Acceptable"},
+                               {408, "Request Timeout"},
+                               {409, "Conflict"},
+                               {410, "Gone"},
+                               {413, "Content Too Large"},
+                               {414, "URI Too Long"},
+                               {415, "Unsupported Media Type"},
+                               {417, "Expectation Failed"},
+                               {422, "Unprocessable Content"},
+                               {429, "Too Many Requests"},
+                               {431, "Request Header Fields Too Large"},
+                               {500, "Internal Server Error"},
+                               {501, "Not Implemented"},
+                               {503, "Service Unavailable"},
+                               {505, "HTTP Version Not Supported"}};
+
+/// Nothing where there is none: nobody needs one (RFC 9112, 4).
+std::string_view reason(int status) {
+  const auto* const found = std::ranges::find(kReasons, status, &Reason::status);
+  return found == std::end(kReasons) ? std::string_view{} : found->phrase;
+}
+
+/// Counts one for as long as it lives.
+template <typename Count>
+class Counted {
  public:
-  explicit Active(std::atomic<int>& count) : count_(count) { ++count_; }
-  ~Active() { --count_; }
-  Active(const Active&) = delete;
-  Active& operator=(const Active&) = delete;
+  explicit Counted(std::atomic<Count>& count) : count_(count) { ++count_; }
+  ~Counted() { --count_; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
 
  private:
-  std::atomic<int>& count_;
+  std::atomic<Count>& count_;
 };
 
 /// A share of the memory for documents, given back at the end.
@@ -88,210 +131,404 @@ class Share {
   std::uint64_t taken_ = 0;
 };
 
-/// Reads what HTTP says of a request; a problem where it breaks the rules that Beast doesn't look at.
-std::variant<Request, Problem> read_head(const Parser& parser) {
-  const auto& message = parser.get();
-  const auto malformed = [](const char* detail) { return problem(ProblemCode::malformed_request, detail); };
-  if (message.version() == 11 && message.count(http::field::host) != 1)
-    return malformed("An HTTP/1.1 request has one Host header.");
-  if (message.has_content_length() && parser.chunked())
-    return malformed("Send either Content-Length or Transfer-Encoding, not both.");
-  if (message.count(http::field::transfer_encoding) > 0 &&
-      !beast::iequals(message[http::field::transfer_encoding], "chunked"))
-    return malformed("The only Transfer-Encoding known here is chunked.");
-  auto target = parse_target({message.target().data(), message.target().size()});
-  if (!target) return malformed("The request target isn't a path with proper percent encoding.");
+/// Bytes that have come in and weren't taken yet.
+class Input {
+ public:
+  std::string_view bytes() const { return {buffer_.data() + begin_, end_ - begin_}; }
+  void take(std::size_t count) { begin_ += count; }
 
-  Request request;
-  request.method = message.method() == http::verb::head ? "GET" : std::string(message.method_string());
-  request.is_head = message.method() == http::verb::head;
-  request.target = *std::move(target);
-  for (const auto& field : message) {
-    std::string name(field.name_string());
-    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-    std::string& value = request.headers[name];
-    value += (value.empty() ? "" : ", ") + std::string(field.value());
+  /// Room for up to `most` bytes together with those that are there.
+  std::span<char> room(std::size_t most) {
+    if (begin_ > 0) std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= std::exchange(begin_, 0);
+    if (end_ == buffer_.size()) buffer_.resize(std::clamp(2 * end_, kFirstRead, std::max(most, end_ + 1)));
+    return std::span(buffer_).subspan(end_);
   }
-  return request;
-}
+  void received(std::size_t count) { end_ += count; }
+
+  /// Gives memory back that nothing stands in: a connection that waits keeps little.
+  void shrink() {
+    if (begin_ == end_ && buffer_.size() > kFirstRead) *this = {};
+  }
+
+ private:
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0, end_ = 0;
+};
+
+/// What became of work in a lane.
+struct Outcome {
+  std::optional<Response> response;  ///< None where there was no memory for any.
+  bool was_too_heavy = false;
+};
 
 class Session {
  public:
-  Session(asio::ip::tcp::socket socket, Connections& connections)
-      : stream_(std::move(socket)),
+  Session(EventLoop& loop, FileDescriptor socket, Connections& connections, std::coroutine_handle<> coroutine)
+      : loop_(loop),
+        channel_(loop, std::move(socket), coroutine),
         connections_(connections),
         services_(connections.services),
         timeout_(services_.config.timeout) {}
 
-  asio::awaitable<void> run() {
-    beast::error_code ignored;
-    stream_.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
-    while (co_await exchange()) {
-    }
-    co_await close();
+  Task<bool> run() {
+    bool goes_on = true;
+    while (goes_on) goes_on = co_await exchange();
+    co_return co_await close();
   }
 
  private:
+  enum class Received { all, nothing, refused };
+
   /// One request and its response. Whether the connection goes on.
-  asio::awaitable<bool> exchange() {
-    Parser parser;
-    parser.header_limit(kHeaderLimit);
-    parser.body_limit(boost::none);  // Which limit holds is known once the route is.
-    stream_.expires_after(timeout_);
-    const auto [error, size] = co_await http::async_read_header(stream_, buffer_, parser, kAwait);
-    const Active active(connections_.requests_active);
-    if (error) co_return co_await answer_broken(parser, error);
-    const bool stopping = services_.shutting_down;
-    Response response = co_await respond(parser);
-    spdlog::debug("{} {} {}", parser.get().method_string(), parser.get().target(), response.status);
-    // A body that wasn't read to its end stands where the next request should begin.
-    const bool keep = parser.get().keep_alive() && parser.is_done() && !stopping;
-    co_return co_await send(parser, std::move(response), keep) && keep;
-  }
-
-  /// Says what was wrong with bytes that aren't HTTP; nothing to a peer that is gone, or too slow.
-  asio::awaitable<bool> answer_broken(const Parser& parser, beast::error_code error) {
-    const bool is_ours = error.category() == make_error_code(http::error::bad_method).category();
-    if (is_ours && error != http::error::end_of_stream) {
-      Response response =
-          refusal(ProblemCode::malformed_request, "This isn't a complete request: " + error.message() + ".");
-      co_await send(parser, std::move(response), false);
+  Task<bool> exchange() {
+    has_answered_ = false;
+    bool keep = false;
+    try {
+      keep = co_await answer_one();
+    } catch (const std::bad_alloc&) {
+      spdlog::error("a request is refused: the server is out of memory");
+      if (!has_answered_) ::send(channel_.socket(), kNoMemory.data(), kNoMemory.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     }
-    co_return false;
+    co_return keep;
   }
 
-  asio::awaitable<Response> respond(Parser& parser) {
-    auto head = read_head(parser);
-    if (const auto* wrong = std::get_if<Problem>(&head)) co_return problem_response(*wrong);
-    Request request = std::get<Request>(std::move(head));
+  Task<bool> answer_one() {
+    input_.shrink();
+    RequestHead head;
+    std::optional<Problem> wrong;
+    const Received received = co_await receive_head(head, wrong);
+    if (received == Received::nothing) co_return false;
+    const Counted active(connections_.requests_active);
+    const bool stopping = services_.shutting_down;
+    body_is_read_ = !wrong && !head.has_body();
+    Response response;
+    if (wrong)
+      response = problem_response(*wrong);
+    else
+      response = co_await respond(head);
+    if (channel_.broken().stop_requested()) {
+      spdlog::debug("{} {} abandoned", head.method, head.target);
+      co_return false;
+    }
+    spdlog::debug("{} {} {}", head.method, head.target, response.status);
+    // A body that wasn't read to its end stands where the next request should begin.
+    const bool keep = head.keep_alive && body_is_read_ && !stopping;
+    const bool sent = co_await send(head, response, keep);
+    co_return sent&& keep;
+  }
+
+  Task<Received> receive_head(RequestHead& head, std::optional<Problem>& wrong) {
+    RequestHeadParser parser;
+    channel_.expires_after(timeout_);
+    for (;;) {
+      wrong = parser.advance(input_.bytes());
+      if (wrong || parser.is_complete()) break;
+      const bool more = co_await receive(RequestHeadParser::kMostBytes);
+      if (more) continue;
+      if (!parser.has_begun() || channel_.broken().stop_requested()) co_return Received::nothing;
+      wrong = has_expired_ ? problem(ProblemCode::request_timeout, "The request's header took too long to arrive.")
+                           : problem(ProblemCode::malformed_request, "The request breaks off before its header ends.");
+      break;
+    }
+    input_.take(parser.size());
+    head = parser.take_head();
+    co_return wrong ? Received::refused : Received::all;
+  }
+
+  Task<Response> respond(const RequestHead& head) {
+    Response response;
+    Request request;
+    request.abandoned = channel_.broken();
+    if (auto wrong = read_request(head, request)) {
+      response = problem_response(*wrong);
+      co_return response;
+    }
     const auto found = find_route(request);
-    if (const auto* refused = std::get_if<Response>(&found)) co_return *refused;
+    if (const auto* answered = std::get_if<Response>(&found)) {
+      response = *answered;
+      co_return response;
+    }
     const Route& route = *std::get<const Route*>(found);
     Share share(connections_.body_bytes);
     std::optional<Problem> wrong;
     try {
-      wrong = co_await receive_body(parser, route, request, share);
+      wrong = co_await receive_body(head, route, request, share);
+    } catch (const std::bad_alloc&) {
+      wrong = problem(ProblemCode::out_of_memory_budget, "There is no memory for this body.");
     } catch (const std::exception& error) {  // The disk is full, say.
       spdlog::error("receiving a body: {}", error.what());
       wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");
     }
-    if (wrong) co_return problem_response(*wrong);
-    auto handle = [&] { return run_handler(route, services_, request); };
-    if (route.place == Place::io) co_return handle();
-    co_return co_await run_on(connections_.workers, handle);
+    if (wrong)
+      response = problem_response(*wrong);
+    else
+      response = co_await handle(head, route, request);
+    co_return response;
+  }
+
+  /// What a handler sees; a problem where the target is none.
+  std::optional<Problem> read_request(const RequestHead& head, Request& request) {
+    if (head.method != "OPTIONS" || head.target != "*") {
+      auto target = parse_target(head.target);
+      if (!target)
+        return problem(ProblemCode::malformed_request, "The request target isn't a path with proper percent encoding.");
+      request.target = *std::move(target);
+    }
+    request.is_head = head.method == "HEAD";
+    request.method = request.is_head ? "GET" : head.method;
+    request.headers = head.headers;
+    return std::nullopt;
+  }
+
+  /// Runs the handler where it belongs.
+  Task<Response> handle(const RequestHead& head, const Route& route, Request& request) {
+    Outcome outcome;
+    const auto run = [&] { outcome = run_guarded(route, request); };
+    const auto run_briefly = [&] {
+      const FileBudget budget(kQuickFiles);
+      run();
+    };
+    if (route.place == Place::io) {
+      run();
+    } else {
+      const bool is_quick = route.place == Place::quick && request.body.size() <= kQuickDocument;
+      if (is_quick) co_await run_on(connections_.quick, run_briefly, head.minor_version > 0);
+      if (!is_quick || outcome.was_too_heavy) co_await run_on(connections_.slow, run, head.minor_version > 0);
+    }
+    if (!outcome.response && !channel_.broken().stop_requested()) throw std::bad_alloc();
+    Response response = outcome.response.value_or(Response{});
+    co_return response;
+  }
+
+  Outcome run_guarded(const Route& route, Request& request) noexcept {
+    Outcome outcome;
+    try {
+      outcome.response = run_handler(route, services_, request);
+    } catch (const TooHeavy&) {
+      outcome.was_too_heavy = true;
+    } catch (...) {  // No memory for the refusal either.
+    }
+    return outcome;
+  }
+
+  /// Calls `function`, which doesn't throw, in a lane, while this coroutine waits and looks whether the client still
+  /// does: `channel_.broken()` is requested when it doesn't.
+  ///
+  /// A client that closes its side may have gone, or may just have no more to say, as `nc -N` does, and both look the
+  /// same from here until something is sent. So that it needn't be guessed, an interim response is (RFC 9110, 15.2):
+  /// who listens skips it, and for who has gone the system answers with a reset. HTTP/1.0 knows none, so that such a
+  /// client is worked for to the end.
+  template <typename WorkFunction>
+  Task<bool> run_on(Lane& lane, WorkFunction& function, bool may_ask) {
+    struct InLane final : Lane::Work {
+      InLane(Session& its_session, WorkFunction& its_work) : session(its_session), work(its_work) {}
+      void run() noexcept override {
+        if (!session.channel_.broken().stop_requested()) work();
+        session.loop_.post(message);
+      }
+      Session& session;
+      WorkFunction& work;
+      EventLoop::Message message;
+    };
+    InLane in_lane(*this, function);
+    in_lane.message.to = &channel_;
+    channel_.never_expires();
+    bool is_to_ask = false;
+    lane.push(in_lane);
+    while (!in_lane.message.is_done) {
+      if (channel_.peer_has_finished() && may_ask && !is_to_ask) {
+        is_to_ask = true;
+        channel_.expires_after(kBeforeAsking);
+      }
+      const bool in_time = co_await channel_.change();
+      if (in_time || in_lane.message.is_done) continue;
+      channel_.never_expires();
+      ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    }
+    co_return true;
   }
 
   /// Reads the body into the request, or says why not.
-  asio::awaitable<std::optional<Problem>> receive_body(Parser& parser, const Route& route, Request& request,
-                                                       Share& share) {
-    const auto announced = parser.content_length();
-    const bool has_body = parser.chunked() || (announced && *announced > 0);
+  Task<std::optional<Problem>> receive_body(const RequestHead& head, const Route& route, Request& request,
+                                            Share& share) {
+    std::optional<Problem> wrong;
     if (route.body == Body::none) {
-      std::optional<Problem> none;
-      if (has_body) none = problem(ProblemCode::malformed_request, "This request takes no body.");
-      co_return none;
+      if (head.has_body()) wrong = problem(ProblemCode::malformed_request, "This request takes no body.");
+      co_return wrong;
     }
     const std::uint64_t limit = route.body == Body::json ? services_.config.max_body : services_.config.max_blob;
     const Problem too_large =
         problem(ProblemCode::payload_too_large, "At most " + std::to_string(limit) + " bytes are taken here.");
-    if (announced && *announced > limit) co_return too_large;
-    if (route.body == Body::file) request.file = services_.blobs.receive();
-    if (beast::iequals(parser.get()[http::field::expect], "100-continue")) co_await send_continue();
-
-    std::vector<char> piece(std::min<std::uint64_t>(kPieceBytes, announced.value_or(kPieceBytes)));
-    buffer_.reserve(piece.size());  // Beast reads as much as there is room for, else 512 bytes at a time.
-    std::span<const char> received;
-    const auto write_to_file = [&] { request.file->write(std::as_bytes(received)); };
-    for (std::uint64_t total = 0; !parser.is_done();) {
-      auto& body = parser.get().body();
-      body.data = piece.data();
-      body.size = piece.size();
-      stream_.expires_after(timeout_);
-      const auto [error, size] = co_await http::async_read(stream_, buffer_, parser, kAwait);
-      if (error && error != http::error::need_buffer) {
-        const Problem broken = problem(ProblemCode::malformed_request, "The body broke off: " + error.message() + ".");
-        co_return broken;
-      }
-      received = std::span(piece.data(), piece.size() - body.size);
-      total += received.size();
-      if (total > limit) co_return too_large;
-      if (route.body == Body::file) {
-        co_await run_on(connections_.workers, write_to_file);
-      } else if (share.grow(received.size(), services_.config.max_bodies)) {
-        request.body.append(received.data(), received.size());
-      } else {
-        const Problem full = problem(ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.");
-        co_return full;
-      }
+    if (head.content_length > limit) {
+      wrong = too_large;
+      co_return wrong;
     }
-    co_return std::nullopt;
+    if (route.body == Body::file) request.file = services_.blobs.receive();
+    if (head.has_body() && head.expects_continue && input_.bytes().empty()) {
+      co_await write(kContinue, {});
+      has_answered_ = false;  // That was no answer yet.
+    }
+
+    ChunkedBody chunked;
+    std::uint64_t left = head.content_length, total = 0;
+    const auto is_complete = [&] { return head.is_chunked ? chunked.is_complete() : left == 0; };
+    while (!is_complete()) {
+      std::string_view bytes = input_.bytes();
+      std::string_view data = head.is_chunked ? chunked.next(bytes) : bytes.substr(0, std::min(left, bytes.size()));
+      if (chunked.problem()) co_return chunked.problem();
+      total += data.size();
+      if (total > limit) {
+        wrong = too_large;
+      } else if (route.body == Body::json && !share.grow(data.size(), services_.config.max_bodies)) {
+        wrong = problem(ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.");
+      } else if (route.body == Body::json) {
+        request.body.append(data);
+      } else if (!data.empty()) {
+        std::exception_ptr failure;
+        const auto write_to_file = [&] {
+          try {
+            request.file->write(std::as_bytes(std::span(data)));
+          } catch (...) {
+            failure = std::current_exception();
+          }
+        };
+        co_await run_on(connections_.quick, write_to_file, head.minor_version > 0);
+        if (failure) std::rethrow_exception(failure);
+      }
+      if (wrong) co_return wrong;
+      if (head.is_chunked) {
+        input_.take(input_.bytes().size() - bytes.size());
+      } else {
+        input_.take(data.size());
+        left -= data.size();
+      }
+      if (!data.empty() || is_complete()) continue;
+      channel_.expires_after(timeout_);
+      const bool more = co_await receive(kPieceBytes);
+      if (more) continue;
+      wrong = has_expired_ ? problem(ProblemCode::request_timeout, "The body took too long to arrive.")
+                           : problem(ProblemCode::malformed_request, "The body breaks off before its end.");
+      co_return wrong;
+    }
+    body_is_read_ = true;
+    co_return wrong;
   }
 
-  asio::awaitable<void> send_continue() {
-    http::response<http::empty_body> message(http::status::continue_, 11);
-    co_await http::async_write(stream_, message, kAwait);
+  /// Reads some bytes to those that are there, as long as these are fewer than `most`; false when none will come, or
+  /// not in time, which `has_expired_` says then.
+  Task<bool> receive(std::size_t most) {
+    co_await give_way();
+    const std::span<char> room = input_.room(most);
+    for (;;) {
+      const ssize_t count = ::recv(channel_.socket(), room.data(), room.size(), 0);
+      if (count > 0) {
+        input_.received(static_cast<std::size_t>(count));
+        co_return true;
+      }
+      if (count < 0 && errno == EINTR) continue;
+      if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) co_return false;
+      steps_ = 0;
+      has_expired_ = !co_await channel_.change();
+      if (has_expired_) co_return false;
+    }
   }
 
   /// Whether all of it went out.
-  asio::awaitable<bool> send(const Parser& parser, Response response, bool keep) {
-    const auto& request = parser.get();
-    const auto fill = [&](auto& message) {
-      message.result(static_cast<unsigned>(response.status));
-      message.version(request.version() == 10 ? 10 : 11);
-      for (const auto& [name, value] : response.headers) message.insert(name, value);
-      message.set(http::field::server, "tessera/" TESSERA_VERSION);
-      message.set(http::field::date, http_date());
-      message.keep_alive(keep);
-    };
-    const bool without_length = response.status == 204 || response.status == 304;
-    if (without_length || request.method() == http::verb::head) {
-      http::response<http::empty_body> message;
-      fill(message);
-      if (!without_length && response.has_length) message.content_length(response.content().size());
-      co_return co_await write(message);
-    }
-    http::response<http::span_body<const char>> message;
-    fill(message);
-    message.body() = {response.content().data(), response.content().size()};
-    message.prepare_payload();
-    co_return co_await write(message);
+  Task<bool> send(const RequestHead& head, const Response& response, bool keep) {
+    const bool is_bare = response.status == 204 || response.status == 304;
+    std::string text = "HTTP/1.1 " + std::to_string(response.status) + ' ';
+    text += reason(response.status);
+    text += "\r\nServer: tessera/" TESSERA_VERSION "\r\nDate: " + http_date() + "\r\n";
+    for (const auto& [name, value] : response.headers) text += name + ": " + value + "\r\n";
+    if (!is_bare && response.has_length)
+      text += "Content-Length: " + std::to_string(response.content().size()) + "\r\n";
+    if (!keep) text += "Connection: close\r\n";
+    if (keep && head.minor_version == 0) text += "Connection: keep-alive\r\n";
+    text += "\r\n";
+    const std::string_view body = is_bare || head.method == "HEAD" ? std::string_view{} : response.content();
+    const bool sent = co_await write(text, body);
+    co_return sent;
   }
 
   /// Piece by piece, so that a slow reader has the time that its link needs, and a stuck one hasn't.
-  template <typename Message>
-  asio::awaitable<bool> write(Message& message) {
-    http::response_serializer<typename Message::body_type> serializer(message);
-    while (!serializer.is_done()) {
-      stream_.expires_after(timeout_);
-      const auto [error, size] = co_await http::async_write_some(stream_, serializer, kAwait);
-      if (error) co_return false;
+  Task<bool> write(std::string_view first, std::string_view second) {
+    channel_.expires_after(timeout_);
+    while (!first.empty() || !second.empty()) {
+      co_await give_way();
+      iovec pieces[] = {{const_cast<char*>(first.data()), first.size()},
+                        {const_cast<char*>(second.data()), second.size()}};
+      msghdr message{};
+      message.msg_iov = pieces;
+      message.msg_iovlen = std::size(pieces);
+      const ssize_t count = ::sendmsg(channel_.socket(), &message, MSG_NOSIGNAL);
+      if (count >= 0) {
+        has_answered_ = true;
+        const auto of_first = std::min(static_cast<std::size_t>(count), first.size());
+        first.remove_prefix(of_first);
+        second.remove_prefix(static_cast<std::size_t>(count) - of_first);
+        channel_.expires_after(timeout_);
+        continue;
+      }
+      if (errno == EINTR) continue;
+      if (errno != EAGAIN && errno != EWOULDBLOCK) co_return false;
+      steps_ = 0;
+      const bool in_time = co_await channel_.change();
+      if (!in_time) co_return false;
+    }
+    co_return true;
+  }
+
+  /// Lets the other connections of this loop have their turn, after some steps without having waited.
+  Task<bool> give_way() {
+    if (++steps_ > kMostSteps) {
+      EventLoop::Message turn;
+      turn.to = &channel_;
+      loop_.post(turn);
+      while (!turn.is_done) co_await channel_.change();
+      steps_ = 0;
     }
     co_return true;
   }
 
   /// Says goodbye and reads on for a moment: closing on unread bytes would reset the connection and take the
   /// response away from a peer that is still sending.
-  asio::awaitable<void> close() {
-    beast::error_code error;
-    stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
-    std::vector<char> rest(kPieceBytes);
-    stream_.expires_after(kLinger);
-    while (!error) std::tie(error, std::ignore) = co_await stream_.async_read_some(asio::buffer(rest), kAwait);
-    stream_.close();
+  Task<bool> close() {
+    ::shutdown(channel_.socket(), SHUT_WR);
+    channel_.expires_after(kLinger);
+    const auto end = Channel::Clock::now() + kLinger;
+    for (bool more = true; more && Channel::Clock::now() < end;) {
+      input_.take(input_.bytes().size());
+      more = co_await receive(kPieceBytes);
+    }
+    co_return true;
   }
 
-  beast::tcp_stream stream_;
-  beast::flat_buffer buffer_;
+  EventLoop& loop_;
+  Channel channel_;
   Connections& connections_;
   Services& services_;
-  std::chrono::seconds timeout_;
+  const std::chrono::seconds timeout_;
+  Input input_;
+  bool has_expired_ = false;   ///< The last `receive` came too late.
+  bool body_is_read_ = false;  ///< Of the request at hand.
+  bool has_answered_ = false;  ///< Or begun to.
+  unsigned steps_ = 0;         ///< Reads and writes since this waited last.
 };
 
 }  // namespace
 
-asio::awaitable<void> serve(asio::ip::tcp::socket socket, Connections& connections) {
-  Session session(std::move(socket), connections);
-  co_await session.run();
+Detached serve(EventLoop& loop, FileDescriptor socket, Connections& connections) {
+  const Counted open(connections.open);
+  const std::coroutine_handle<> coroutine = co_await ThisCoroutine{};
+  try {
+    Session session(loop, std::move(socket), connections, coroutine);
+    co_await session.run();
+  } catch (const std::exception& error) {
+    spdlog::error("a connection ended: {}", error.what());
+  } catch (...) {
+    spdlog::error("a connection ended");
+  }
 }
 
 }  // namespace tessera::server

@@ -3,24 +3,27 @@
 #include <atomic>
 #include <cstdint>
 
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/thread_pool.hpp>
-
+#include "server/event_loop.h"
+#include "server/file_descriptor.h"
+#include "server/lane.h"
 #include "server/services.h"
+#include "server/task.h"
 
 namespace tessera::server {
 
 /// What all connections share.
 struct Connections {
   Services& services;
-  boost::asio::thread_pool& workers;         ///< Runs the handlers that aren't for I/O threads.
+  Lane& quick;                               ///< For work that is bounded, so that it never waits long.
+  Lane& slow;                                ///< For all other work that isn't for I/O threads.
+  std::uint32_t most_open;                   ///< Connections at once;
+  std::atomic<std::uint32_t> open{0};        ///< and how many there are.
   std::atomic<int> requests_active{0};       ///< Header read, response not written yet.
   std::atomic<std::uint64_t> body_bytes{0};  ///< Of JSON documents held by connections.
 };
 
-/// Serves HTTP/1.1 on one connection, request after request, until either side closes it. The socket's executor
-/// is a strand, or single-threaded.
-boost::asio::awaitable<void> serve(boost::asio::ip::tcp::socket socket, Connections& connections);
+/// Serves HTTP/1.1 (RFC 9110, 9112) on one connection, request after request, until either side closes it. No exception
+/// leaves it: where memory runs out, the request is refused, or the connection closed.
+Detached serve(EventLoop& loop, FileDescriptor socket, Connections& connections);
 
 }  // namespace tessera::server

@@ -1,6 +1,7 @@
 #include "server/structure_cache.h"
 
 #include <chrono>
+#include <new>
 #include <utility>
 
 #include "core/accel/accel_table.h"

@@ -9,25 +9,67 @@ namespace {
 
 // In the order of the enumeration: `entry` looks rows up by index, and a test holds the two together.
 constexpr std::array kTable{
-    ProblemEntry{ProblemCode::malformed_json, "malformed_json", 400, "The body is not well-formed JSON"},
-    ProblemEntry{ProblemCode::malformed_request, "malformed_request", 400, "The request is malformed"},
-    ProblemEntry{ProblemCode::not_found, "not_found", 404, "There is no such resource"},
-    ProblemEntry{ProblemCode::method_not_allowed, "method_not_allowed", 405, "The resource has no such method"},
-    ProblemEntry{ProblemCode::not_acceptable, "not_acceptable", 406, "No acceptable representation"},
-    ProblemEntry{ProblemCode::image_not_ready, "image_not_ready", 409, "The image is not ready"},
-    ProblemEntry{ProblemCode::job_still_active, "job_still_active", 409, "The job has not ended"},
-    ProblemEntry{ProblemCode::job_already_ended, "job_already_ended", 409, "The job has already ended"},
-    ProblemEntry{ProblemCode::image_gone, "image_gone", 410, "The image is gone"},
-    ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large"},
+    ProblemEntry{ProblemCode::malformed_json, "malformed_json", 400, "The body is not well-formed JSON",
+                 "The body breaks the grammar of JSON (RFC 8259), repeats a key of an object, isn't UTF-8, or nests "
+                 "too deep; `detail` says where. Mend the document and send it again."},
+    ProblemEntry{ProblemCode::malformed_request, "malformed_request", 400, "The request is malformed",
+                 "The request breaks a rule of HTTP, or has a query parameter that the resource doesn't know or can't "
+                 "use; `detail` and `errors` say which. Sending it again won't help."},
+    ProblemEntry{ProblemCode::not_found, "not_found", 404, "There is no such resource",
+                 "Nothing is at this path: it is misspelt, or what it names was never there, or has been deleted or "
+                 "forgotten. GET /openapi.json lists all paths."},
+    ProblemEntry{ProblemCode::method_not_allowed, "method_not_allowed", 405, "The resource has no such method",
+                 "The path is right, the method isn't: the Allow header lists those that the resource knows."},
+    ProblemEntry{
+        ProblemCode::not_acceptable, "not_acceptable", 406, "No acceptable representation",
+        "Nothing that the server can make of the resource is among what the Accept header, or the query, asks for."},
+    ProblemEntry{ProblemCode::request_timeout, "request_timeout", 408, "The request took too long to arrive",
+                 "A request was begun and not sent to its end in the time that the server gives; it has closed the "
+                 "connection. Send the request again."},
+    ProblemEntry{ProblemCode::image_not_ready, "image_not_ready", 409, "The image is not ready",
+                 "The job hasn't come to its image yet, or ended without one. Ask again when its state is completed, "
+                 "or for what there is of it with ?partial=1."},
+    ProblemEntry{ProblemCode::job_still_active, "job_still_active", 409, "The job has not ended",
+                 "Only jobs that have ended can be deleted. Cancel the job first, or wait for its end."},
+    ProblemEntry{ProblemCode::job_already_ended, "job_already_ended", 409, "The job has already ended",
+                 "The job is completed, failed or canceled, so there is nothing left to cancel."},
+    ProblemEntry{ProblemCode::image_gone, "image_gone", 410, "The image is gone",
+                 "The image gave way to those of younger jobs: the server keeps as many as its memory for images "
+                 "holds. Submit the job again and fetch its image soon after it has ended."},
+    ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large",
+                 "The body is larger than the server takes here; GET /v1/capabilities tells the limits, and who runs "
+                 "the server can raise them."},
+    ProblemEntry{ProblemCode::target_too_long, "target_too_long", 414, "The target of the request is too long",
+                 "The first line of the request is longer than any that the server knows an answer to."},
     ProblemEntry{ProblemCode::unsupported_media_type, "unsupported_media_type", 415,
-                 "The body's media type is not supported"},
-    ProblemEntry{ProblemCode::invalid_document, "invalid_document", 422, "The document is not valid"},
-    ProblemEntry{ProblemCode::hash_mismatch, "hash_mismatch", 422, "The content does not have the stated hash"},
-    ProblemEntry{ProblemCode::too_many_jobs, "too_many_jobs", 429, "Too many jobs are waiting"},
-    ProblemEntry{ProblemCode::out_of_memory_budget, "out_of_memory_budget", 503, "The server is short of memory"},
-    ProblemEntry{ProblemCode::not_ready, "not_ready", 503, "The server takes no jobs now"},
-    ProblemEntry{ProblemCode::shutting_down, "shutting_down", 503, "The server is shutting down"},
-    ProblemEntry{ProblemCode::internal_error, "internal_error", 500, "The server made a mistake"},
+                 "The body's media type is not supported",
+                 "Documents are taken as application/json, without a Content-Encoding."},
+    ProblemEntry{ProblemCode::expectation_failed, "expectation_failed", 417, "The expectation can not be met",
+                 "The Expect header asks for something else than 100-continue."},
+    ProblemEntry{ProblemCode::invalid_document, "invalid_document", 422, "The document is not valid",
+                 "The document is JSON, but not what the schema, or the files that it names, allow; `errors` says "
+                 "where, what is wrong and how to mend it."},
+    ProblemEntry{ProblemCode::hash_mismatch, "hash_mismatch", 422, "The content does not have the stated hash",
+                 "The bytes that came aren't those that the path names: the path has the hash of another file, or the "
+                 "file changed on its way."},
+    ProblemEntry{ProblemCode::too_many_jobs, "too_many_jobs", 429, "Too many jobs are waiting",
+                 "As many jobs wait or render as the server takes. Try again when some have ended."},
+    ProblemEntry{ProblemCode::headers_too_large, "headers_too_large", 431, "The headers are too large",
+                 "The headers, or the trailers after a chunked body, are longer or more than the server takes."},
+    ProblemEntry{ProblemCode::out_of_memory_budget, "out_of_memory_budget", 503, "The server is short of memory",
+                 "What the server may spend on documents, images or this request is spent at the moment. Try again "
+                 "later, or send less."},
+    ProblemEntry{
+        ProblemCode::not_ready, "not_ready", 503, "The server takes no jobs now",
+        "Jobs that haven't ended leave no room for another one. Send jobs elsewhere, or when some have ended."},
+    ProblemEntry{ProblemCode::shutting_down, "shutting_down", 503, "The server is shutting down",
+                 "The server is about to stop and takes nothing new. Try again when it, or another one, is up."},
+    ProblemEntry{ProblemCode::not_implemented, "not_implemented", 501, "The server can not do this",
+                 "The method, or the coding of the body, is one that no resource of this server knows."},
+    ProblemEntry{ProblemCode::version_not_supported, "version_not_supported", 505,
+                 "The version of HTTP is not supported", "The server speaks HTTP/1.1 and HTTP/1.0."},
+    ProblemEntry{ProblemCode::internal_error, "internal_error", 500, "The server made a mistake",
+                 "Something went wrong that isn't the request's fault; the server's log says what."},
 };
 
 }  // namespace

@@ -17,18 +17,24 @@ enum class ProblemCode {
   not_found,
   method_not_allowed,
   not_acceptable,
+  request_timeout,
   image_not_ready,
   job_still_active,
   job_already_ended,
   image_gone,
   payload_too_large,
+  target_too_long,
   unsupported_media_type,
+  expectation_failed,
   invalid_document,
   hash_mismatch,
   too_many_jobs,
+  headers_too_large,
   out_of_memory_budget,
   not_ready,
   shutting_down,
+  not_implemented,
+  version_not_supported,
   internal_error,
 };
 
@@ -38,6 +44,7 @@ struct ProblemEntry {
   std::string_view name;   ///< On the wire, and the last part of the problem's type URI.
   int status;              ///< HTTP status.
   std::string_view title;  ///< The same for every occurrence (RFC 9457).
+  std::string_view help;   ///< For the page that the type URI leads to: what has happened, and what to do.
 };
 std::span<const ProblemEntry> problem_table();
 const ProblemEntry& entry(ProblemCode code);

@@ -27,7 +27,10 @@ Response readyz(Services& services, Request& request);
 Response show_version(Services& services, Request& request);
 Response show_capabilities(Services& services, Request& request);
 Response show_openapi(Services& services, Request& request);
+Response list_schemas(Services& services, Request& request);
 Response show_scene_schema(Services& services, Request& request);
 Response show_job_schema(Services& services, Request& request);
+Response list_problems(Services& services, Request& request);
+Response show_problem(Services& services, Request& request);
 
 }  // namespace tessera::server

@@ -10,6 +10,7 @@
 #include "server/image_choice.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
+#include "server/log.h"
 
 namespace tessera::server {
 namespace {
@@ -39,7 +40,9 @@ json names_json(std::span<const proto::Choice<T>> choices) {
 
 }  // namespace
 
-Response livez(Services&, Request&) { return json_response(200, {{"status", "alive"}}); }
+Response livez(Services&, Request&) {
+  return json_response(200, {{"status", "alive"}, {"log_lines_dropped", Log::lines_dropped()}});
+}
 
 Response readyz(Services& services, Request&) {
   if (services.shutting_down)
@@ -65,7 +68,8 @@ Response show_capabilities(Services& services, Request&) {
                              {"asset_root", config.asset_root.has_value()},
                              {"threads", services.runner.threads()},
                              {"limits",
-                              {{"document_bytes", config.max_body},
+                              {{"connections", config.max_connections},
+                               {"document_bytes", config.max_body},
                                {"blob_bytes", config.max_blob},
                                {"unfinished_jobs", config.max_jobs},
                                {"ended_jobs", config.max_ended_jobs},
@@ -80,6 +84,9 @@ Response show_capabilities(Services& services, Request&) {
 }
 
 Response show_openapi(Services&, Request&) { return document(kOpenApiDocument, "application/json"); }
+Response list_schemas(Services&, Request&) {
+  return json_response(200, {{"schemas", {"/schemas/scene.schema.json", "/schemas/job.schema.json"}}});
+}
 Response show_scene_schema(Services&, Request&) { return document(kSceneSchema, "application/schema+json"); }
 Response show_job_schema(Services&, Request&) { return document(kJobSchema, "application/schema+json"); }
 

@@ -44,6 +44,17 @@ class OpenApiTest(unittest.TestCase):
         printed = subprocess.run([os.environ["TESSERAD"], "--print-routes"], capture_output=True, text=True, check=True)
         self.assertEqual(documented, set(printed.stdout.splitlines()))
 
+    def test_the_type_of_a_problem_leads_somewhere(self):
+        with Daemon() as daemon:
+            for page in daemon.request("GET", "/problems/").json()["problems"]:
+                self.assertEqual(daemon.request("GET", page["type"]).json(), page)
+            codes = self.document["components"]["schemas"]["Problem"]["properties"]["code"]["enum"]
+            problem = daemon.request("GET", "/nothing").json()
+            self.assertIn(problem["code"], codes)
+            self.assertIn(b"<h1>", daemon.request("GET", problem["type"], headers={"Accept": "text/html,*/*;q=0.8"}).body)
+            for path in daemon.request("GET", "/schemas/").json()["schemas"]:
+                self.assertEqual(daemon.request("GET", path).media_type, "application/schema+json")
+
     def test_served_documents(self):
         with Daemon() as daemon:
             self.assertEqual(daemon.request("GET", "/openapi.json").json(), self.document)
@@ -182,16 +193,23 @@ class OpenApiTest(unittest.TestCase):
     def exercise_bad_requests(self):
         """Everything answers; nothing takes a query parameter that isn't documented."""
         with Daemon() as daemon:
+            for media_type in ("application/json", "text/html"):
+                for path in ("/problems/", "/problems/{code}"):
+                    reply = self.ask(daemon, 200, "get", path, headers={"Accept": media_type}, code="not_found")
+                    self.assertEqual(reply.media_type, media_type)
+            self.ask(daemon, 404, "get", "/problems/{code}", code="nothing")
             for method, template, _ in self.operations():
                 if "{" not in template and method == "get":
                     self.ask(daemon, 200, method, template)
-                path = template.format(hash=content_hash(b""), id="0")
+                path = template.format(hash=content_hash(b""), id="0", code="not_found")
                 headers = {"Content-Type": "application/json"}
                 self.check(method, template, daemon.request(method.upper(), path + "?no_such=1", headers=headers))
                 self.assertIn((method, template, "400"), self.seen)
                 head = daemon.request("PATCH", path)
                 self.assertEqual((head.status, head.media_type), (405, "application/problem+json"))
                 self.assertIn(method.upper(), head.headers["Allow"].split(", "))
+                options = daemon.request("OPTIONS", path)
+                self.assertEqual((options.status, options.headers["Allow"]), (204, head.headers["Allow"]))
 
     def exercise_shutdown(self):
         """While one request is still being sent, another hears that the daemon is about to stop."""

@@ -25,11 +25,14 @@ TEST(Target, KeepsEmptySegments) {
 
 TEST(Target, AbsoluteFormIsItsPath) {
   EXPECT_EQ(parse_target("http://host:80/livez?x=1")->segments, Segments{"livez"});
+  EXPECT_EQ(parse_target("HTTP://host/livez")->segments, Segments{"livez"});
   EXPECT_EQ(parse_target("http://host")->segments, Segments{""});
+  EXPECT_EQ(parse_target("http://host?a=b/c")->query[0].second, "b/c");
 }
 
 TEST(Target, RefusesWhatIsNone) {
-  for (const char* text : {"", "*", "livez", "https://host/", "/%", "/%2", "/%zz", "/a?b=%1", "/a#b"})
+  for (const char* text : {"", "*", "livez", "https://host/", "/%", "/%2", "/%zz", "/a?b=%1", "/a#b", "/a b",
+                           "/\xC3\xA4", "/a|b", "/a?<", "http:///a", "http://u@host/a", "http://:80/"})
     EXPECT_FALSE(parse_target(text)) << text;
 }
 

@@ -51,7 +51,24 @@ TEST(Router, AnotherMethodIsToldWhichThereAre) {
   const auto result = find_route(request);
   const Response& response = std::get<Response>(result);
   EXPECT_EQ(response.status, 405);
-  EXPECT_EQ(response.headers.back(), std::pair(std::string("Allow"), std::string("POST, GET, HEAD")));
+  EXPECT_EQ(response.headers.back(), std::pair(std::string("Allow"), std::string("POST, GET, HEAD, OPTIONS")));
+}
+
+TEST(Router, OptionsAreAnswered) {
+  Request request = request_of("OPTIONS", "/v1/jobs");
+  auto result = find_route(request);
+  const Response response = std::get<Response>(result);
+  EXPECT_EQ(response.status, 204);
+  EXPECT_EQ(response.headers.back().second, "POST, GET, HEAD, OPTIONS");
+  EXPECT_EQ(found(request_of("OPTIONS", "/v2")), "404");
+  request.target = {};  // The server's.
+  result = find_route(request);
+  EXPECT_EQ(std::get<Response>(result).headers.back().second, "PUT, POST, GET, HEAD, DELETE, OPTIONS");
+}
+
+TEST(Router, MethodsThatNoRouteHas) {
+  EXPECT_EQ(found(request_of("PATCH", "/v1/jobs")), "405");
+  for (const char* method : {"BREW", "CONNECT", "get"}) EXPECT_EQ(found(request_of(method, "/v1/jobs")), "501");
 }
 
 TEST(Router, TakesKnownQueryParametersOnceOnly) {

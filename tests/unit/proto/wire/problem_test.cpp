@@ -15,6 +15,7 @@ TEST(ProblemTable, EveryCodeFindsItsOwnRow) {
     EXPECT_TRUE(names.insert(row.name).second) << row.name;
     EXPECT_TRUE(400 <= row.status && row.status < 600) << row.name;
     EXPECT_FALSE(row.title.empty()) << row.name;
+    EXPECT_TRUE(row.help.ends_with('.')) << row.name;
   }
   EXPECT_EQ(problem_table().size(), static_cast<std::size_t>(ProblemCode::internal_error) + 1);
 }

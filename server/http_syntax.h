@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string_view>
+
+/// What the grammar of HTTP calls things (RFC 9110, 5; RFC 3986 for hosts).
+namespace tessera::server {
+
+/// One or more of the characters that names of methods and headers are made of (RFC 9110, 5.6.2).
+bool is_token(std::string_view text);
+
+/// No controls but the tab: what the value of a header may hold (RFC 9110, 5.5).
+bool is_field_value(std::string_view text);
+
+/// "name: value" without the line's end, as a header or a trailer has it (RFC 9112, 5).
+bool is_field_line(std::string_view line);
+
+/// Only what may stand in a path or a query, percent signs included (RFC 3986, 3.3 and 3.4).
+bool is_path_and_query(std::string_view text);
+
+/// "host" or "host:port": a name, an IPv4 address or an IPv6 one in brackets (RFC 9110, 7.2). One: no list of them.
+/// Empty where nobody has a name for the server.
+bool is_host(std::string_view text);
+
+/// Without spaces and tabs at both ends.
+std::string_view trimmed(std::string_view text);
+
+/// Whether two texts are the same but for the case of ASCII letters.
+bool equal_but_for_case(std::string_view a, std::string_view b);
+
+}  // namespace tessera::server

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
+#include "client/refusal.h"
 
 namespace tessera::client {
 namespace {
@@ -19,36 +20,6 @@ constexpr std::chrono::milliseconds kFirstPause{4}, kLongestPause{500};
 bool is_success(unsigned status) { return status >= 200 && status < 300; }
 
 std::string job_path(const std::string& id) { return "/v1/jobs/" + percent_encode(id); }
-
-std::string text_of(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-std::vector<proto::FieldError> places(const json& document, const char* key) {
-  std::vector<proto::FieldError> out;
-  const auto list = document.find(key);
-  if (list == document.end() || !list->is_array()) return out;
-  for (const json& place : *list)
-    if (place.is_object()) out.push_back({text_of(place, "pointer"), text_of(place, "detail")});
-  return out;
-}
-
-/// What a refusal says: its problem document, or the bare status when whatever answered sends none.
-Failure refusal(const HttpResponse& response) {
-  std::string message = "HTTP status " + std::to_string(response.status);
-  std::vector<proto::FieldError> errors;
-  const json problem = json::parse(response.body, nullptr, false);
-  if (problem.is_object()) {
-    const std::string title = text_of(problem, "title");
-    const std::string detail = text_of(problem, "detail");
-    if (!title.empty()) message = title;
-    if (!detail.empty()) message += ": " + detail;
-    errors = places(problem, "errors");
-  }
-  if (!response.retry_after.empty()) message += " (try again in " + response.retry_after + " s)";
-  return {Failure::Kind::refused, message, std::move(errors)};
-}
 
 /// For an answer that isn't what this program understands: another service, or a much newer one.
 Failure not_understood(const std::string& what) {
@@ -76,7 +47,12 @@ std::string Client::call(HttpRequest request) const {
 }
 
 void Client::upload(const std::filesystem::path& file, const proto::ContentHash& hash) const {
-  call({.method = "PUT", .target = "/v1/blobs/" + hash, .content_type = "application/octet-stream", .body = file});
+  try {
+    call({.method = "PUT", .target = "/v1/blobs/" + hash, .content_type = "application/octet-stream", .body = file});
+  } catch (const Failure& failure) {
+    if (failure.kind() != Failure::Kind::refused) throw;
+    throw Failure(failure.kind(), file.string() + ": " + failure.what(), failure.errors(), failure.code());
+  }
 }
 
 proto::JobStatus Client::submit(const json& job) const {
@@ -89,7 +65,7 @@ proto::JobStatus Client::submit(const json& job) const {
 
 std::vector<proto::FieldError> Client::warnings(const proto::ContentHash& scene) const {
   const json answer = parse(call({.method = "GET", .target = "/v1/scenes/" + scene}), "scene");
-  return answer.is_object() ? places(answer, "warnings") : std::vector<proto::FieldError>();
+  return field_errors(answer, "warnings");
 }
 
 proto::JobStatus Client::status(const std::string& id) const {
@@ -122,10 +98,30 @@ std::vector<proto::JobStatus> Client::list() const {
     const json page = parse(call({.method = "GET", .target = "/v1/jobs?limit=1000" + after}), "list of jobs");
     if (!page.is_object() || !page.value("jobs", json()).is_array()) throw not_understood("list of jobs");
     std::ranges::transform(page["jobs"], std::back_inserter(statuses), status_of);
-    const std::string next = text_of(page, "next");
+    const std::string next = page.value("next", "");
     after = next.empty() ? "" : "&after=" + percent_encode(next);
   } while (!after.empty());
   return statuses;
+}
+
+std::string Client::find_job(const std::string& written) const {
+  if (written == "@latest") {
+    const auto jobs = list();
+    if (jobs.empty()) throw Failure(Failure::Kind::refused, "The server has no jobs", {}, "not_found");
+    return jobs.back().id;
+  }
+  try {
+    return status(written).id;
+  } catch (const Failure& failure) {
+    if (failure.code() != "not_found" || written.empty()) throw;
+    std::vector<proto::FieldError> meant;
+    for (const proto::JobStatus& job : list())
+      if (job.id.starts_with(written)) meant.push_back({job.id, std::string(proto::name(job.state)) + ' ' + job.name});
+    if (meant.empty()) throw;
+    if (meant.size() == 1) return meant[0].pointer;
+    throw Failure(Failure::Kind::usage, "'" + written + "' begins the ids of several jobs; give more of it",
+                  std::move(meant));
+  }
 }
 
 void Client::cancel(const std::string& id) const { call({.method = "POST", .target = job_path(id) + "/cancel"}); }

@@ -45,7 +45,13 @@ class Client {
   /// The encoded image.
   std::string fetch(const std::string& id, const ImageRequest& image) const;
 
+  /// All jobs, the oldest first.
   std::vector<proto::JobStatus> list() const;
+
+  /// The id of the job that is meant by an id, the beginning of one that no other job's has, or "@latest". Throws
+  /// `usage` with the candidates when several begin so.
+  std::string find_job(const std::string& written) const;
+
   void cancel(const std::string& id) const;
   void remove(const std::string& id) const;
 

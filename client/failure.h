@@ -14,22 +14,27 @@ namespace tessera::client {
 class Failure : public std::runtime_error {
  public:
   enum class Kind {
+    usage,        ///< What was asked for isn't clear.
     refused,      ///< The server answered with a problem.
     unreachable,  ///< No server there, or it stopped answering.
-    local_file,   ///< A file here can't be read or written.
+    local_file,   ///< A file here can't be read or written, or may not be sent.
   };
 
-  Failure(Kind kind, const std::string& message, std::vector<proto::FieldError> errors = {})
-      : std::runtime_error(message), kind_(kind), errors_(std::move(errors)) {}
+  Failure(Kind kind, const std::string& message, std::vector<proto::FieldError> errors = {}, std::string code = {})
+      : std::runtime_error(message), kind_(kind), errors_(std::move(errors)), code_(std::move(code)) {}
 
   Kind kind() const { return kind_; }
 
-  /// What the server finds wrong with a document; only with `refused`.
+  /// What is wrong with a document, or which jobs were meant, place by place.
   const std::vector<proto::FieldError>& errors() const { return errors_; }
+
+  /// The server's code for what it refuses (proto/wire/problem.h); empty where there is none.
+  const std::string& code() const { return code_; }
 
  private:
   Kind kind_;
   std::vector<proto::FieldError> errors_;
+  std::string code_;
 };
 
 }  // namespace tessera::client

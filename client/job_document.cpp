@@ -25,6 +25,8 @@ constexpr const char* kStandardInput = "-";
 // More than any server takes; less than would exhaust the stack of a program that walks the document.
 constexpr int kMaxDepth = 1000;
 
+std::string name_of(const std::string& scene) { return scene == kStandardInput ? "standard input" : scene; }
+
 std::ifstream open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code ignored;
@@ -38,8 +40,15 @@ std::string read_all(const std::string& scene) {
   return {std::istreambuf_iterator<char>(scene == kStandardInput ? std::cin : file), {}};
 }
 
+[[noreturn]] void refuse_kind(const std::string& scene, proto::FileKind kind, const char* known) {
+  throw Failure(Failure::Kind::local_file,
+                name_of(scene) + " is " + std::string(proto::description(kind)) + "; " + known);
+}
+
 json parse(const std::string& text, const std::string& scene) {
-  const auto refuse = [&](const std::string& why) { throw Failure(Failure::Kind::local_file, scene + ": " + why); };
+  const auto refuse = [&](const std::string& why) {
+    throw Failure(Failure::Kind::local_file, name_of(scene) + ": " + why);
+  };
   std::vector<std::set<std::string>> keys;  // of the objects that are open: of repeated ones, only the last would stay
   const auto guard = [&](int depth, json::parse_event_t event, json& parsed) {
     using Event = json::parse_event_t;
@@ -68,11 +77,31 @@ json default_lights() {
 }
 
 json scene_around(const std::string& file, const std::string& format) {
-  open(file);  // The server can't find it if it isn't here.
   const json object{{"type", "file"}, {"path", fs::path(file).filename().string()}};
   json scene{{"objects", json::array({object})}};
   if (format != "nff") scene["lights"] = default_lights();
   return scene;
+}
+
+/// A file is what its content says. What can be read only once, as a pipe can, is a document.
+json document_of(const std::string& scene) {
+  constexpr const char* kKnown = "known are JSON documents, OBJ, PLY and NFF";
+  using proto::FileKind;
+  std::error_code ignored;
+  const bool is_file = scene != kStandardInput && fs::is_regular_file(scene, ignored);
+  if (is_file) {
+    open(scene);
+    const FileKind kind = proto::file_kind(fs::path(scene));
+    const std::string format = scene_file_format(scene, kind);
+    if (!format.empty()) return scene_around(scene, format);
+    const bool may_be_json = kind == FileKind::json || fs::path(scene).extension() == ".json";
+    if (!may_be_json) refuse_kind(scene, kind, kKnown);
+  }
+  const std::string text = read_all(scene);
+  const FileKind kind = proto::file_kind(text, text.size());
+  if (kind != FileKind::json && kind != FileKind::unknown)
+    refuse_kind(scene, kind, is_file ? kKnown : "a document is expected where there is no file");
+  return parse(text, scene);
 }
 
 json tile_size(const std::string& text) {
@@ -113,8 +142,7 @@ std::optional<JobOptions::Size> parse_size(std::string_view text) {
 }
 
 json job_document(const std::string& scene, const JobOptions& options) {
-  const std::string format = scene_file_format(scene);
-  json document = format.empty() ? parse(read_all(scene), scene) : scene_around(scene, format);
+  json document = document_of(scene);
   json job = document.contains("scene") ? std::move(document) : json{{"scene", std::move(document)}};
 
   if (options.name) {

@@ -30,8 +30,9 @@ struct JobOptions {
 std::optional<JobOptions::Size> parse_size(std::string_view text);
 
 /// The job document for SCENE: a scene or job document (JSON), "-" for one on standard input, or an OBJ, PLY or NFF
-/// file, which is made a scene; OBJ and PLY get lights, as they bring none. The options override the document's.
-/// Throws `Failure` (local_file) when it can't be read or isn't JSON.
+/// file, which is made a scene; OBJ and PLY get lights, as they bring none. Which it is its content says, its name only
+/// where that doesn't. The options override the document's. Throws `Failure` (local_file) when it can't be read, isn't
+/// JSON, or is a file of another kind.
 nlohmann::json job_document(const std::string& scene, const JobOptions& options);
 
 /// The folder from which the paths in SCENE are taken.

@@ -1,17 +1,19 @@
-#include <iostream>
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fcntl.h>
+#include <nlohmann/json.hpp>
+#include <signal.h>
+#include <unistd.h>
 
 #include "client/commands/commands.h"
 #include "client/failure.h"
 
 namespace tessera::client {
-
-Client Session::client() const {
-  const auto address = parse_server_url(server_url);
-  if (!address) throw CLI::ValidationError("--server", "'" + server_url + "' isn't a URL like http://127.0.0.1:8080");
-  return Client(*address);
-}
 
 namespace {
 
@@ -22,18 +24,43 @@ constexpr const char* kExitCodes =
     "  2  the command line is wrong\n"
     "  3  the server refused; what is wrong stands on stderr, a line for each place\n"
     "  4  the server can't be reached\n"
-    "  5  a local file can't be read or written\n";
+    "  5  a local file, or stdout, can't be read or written, or a file may not be uploaded\n"
+    "130  Ctrl-C; a job that was submitted goes on\n";
 
-ExitCode exit_code(Failure::Kind kind) {
-  switch (kind) {
-    case Failure::Kind::refused:
-      return ExitCode::refused;
-    case Failure::Kind::unreachable:
-      return ExitCode::unreachable;
-    case Failure::Kind::local_file:
-      return ExitCode::local_file;
-  }
-  return ExitCode::refused;
+/// Closed streams get something that can't be used as they are meant, or the next file or connection would be one.
+void hold_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
+/// What is left of a command line, in its order.
+std::string in_a_row(const std::vector<std::string>& words) {
+  std::string row;
+  for (const std::string& word : words) row += (row.empty() ? "" : " ") + word;
+  return row;
+}
+
+void run_commands(CLI::App& tool, Session& session, int argc, char** argv) try {
+  tool.parse(argc, argv);
+} catch (const CLI::Success& asked) {  // --help, --version
+  std::ostringstream text, none;
+  tool.exit(asked, text, none);
+  std::string line;
+  for (std::istringstream lines(text.str()); std::getline(lines, line);) session.print(line);
+} catch (const CLI::ParseError& error) {
+  const auto left = tool.remaining(true);
+  const auto commands = tool.get_subcommands();
+  const std::string command = commands.empty() ? "tessera" : "tessera " + commands.front()->get_name();
+  std::string what = error.what();
+  if (commands.empty() && !left.empty()) what = "there is no command '" + left.front() + "'";
+  if (!commands.empty() && !left.empty()) what = "too much was given: " + in_a_row(left);
+  session.fail(ExitCode::usage, what + "; '" + command + " --help' lists what there is");
+} catch (const Failure& failure) {
+  session.fail(failure);
+} catch (const nlohmann::json::exception& error) {
+  session.fail(ExitCode::refused, std::string("the server's answer isn't understood: ") + error.what());
+} catch (const std::exception& error) {
+  session.fail(ExitCode::local_file, std::string("can't go on: ") + error.what());
 }
 
 ExitCode run(int argc, char** argv) {
@@ -44,8 +71,10 @@ ExitCode run(int argc, char** argv) {
   tool.set_version_flag("--version", TESSERA_VERSION);
 
   Session session;
+  // Known before the command line is understood, which may be what fails.
+  session.json = std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
   tool.add_option("--server", session.server_url, "The server's URL")->envname("TESSERA_SERVER")->capture_default_str();
-  tool.add_flag("--json", session.json, "Answers on stdout are JSON");
+  tool.add_flag("--json", session.json, "Answers on stdout are JSON, and so are errors on stderr");
   add_render(tool, session);
   add_submit(tool, session);
   add_watch(tool, session);
@@ -55,23 +84,17 @@ ExitCode run(int argc, char** argv) {
   add_plan_and_stats(tool, session);
   add_capabilities(tool, session);
 
-  try {
-    tool.parse(argc, argv);
-    return session.exit_code;
-  } catch (const CLI::ParseError& e) {
-    if (const auto left = tool.remaining(); tool.get_subcommands().empty() && !left.empty()) {
-      std::cerr << "tessera: there is no command '" << left.front() << "'; 'tessera --help' lists those there are\n";
-      return ExitCode::usage;
-    }
-    return tool.exit(e) == 0 ? ExitCode::ok : ExitCode::usage;
-  } catch (const Failure& failure) {
-    std::cerr << "tessera: " << failure.what() << "\n";
-    for (const auto& [pointer, detail] : failure.errors()) std::cerr << "  " << pointer << ": " << detail << "\n";
-    return exit_code(failure.kind());
-  }
+  run_commands(tool, session, argc, argv);
+  return session.finish();
 }
 
 }  // namespace
 }  // namespace tessera::client
 
-int main(int argc, char** argv) { return static_cast<int>(tessera::client::run(argc, argv)); }
+int main(int argc, char** argv) {
+  tessera::client::hold_standard_streams();
+  // What can't be written is an error that is told, and a job is looked after all the same.
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
+  return static_cast<int>(tessera::client::run(argc, argv));
+}

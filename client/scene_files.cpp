@@ -1,22 +1,23 @@
 #include "client/scene_files.h"
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
-#include <iterator>
 #include <map>
-#include <set>
-#include <sstream>
+#include <optional>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
+#include "proto/wire/material_libraries.h"
 
 namespace tessera::client {
 namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
+
+constexpr const char* kAllowOutside = "--allow-outside lets it";
 
 bool is_file(const fs::path& path) {
   std::error_code error;
@@ -29,60 +30,105 @@ proto::ContentHash hash_of(const fs::path& path) {
   return *std::move(hash);
 }
 
-/// Adds the names after every `mtllib` that begins a line of `text`, to the line's end.
-void add_material_libraries(std::string_view text, std::set<std::string>& names) {
-  constexpr std::string_view kKeyword = "mtllib";
-  for (auto at = text.find(kKeyword); at != text.npos; at = text.find(kKeyword, at + 1)) {
-    const std::string_view before = text.substr(0, at);
-    const auto start = before.find_last_not_of(" \t");
-    if (start != before.npos && before[start] != '\n') continue;
-    const auto end = std::min(text.find('\n', at), text.size());
-    std::istringstream words(std::string(text.substr(at + kKeyword.size(), end - at - kKeyword.size())));
-    names.insert(std::istream_iterator<std::string>(words), {});
-  }
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text;
 }
 
-/// The names after every `mtllib` of an OBJ file, which may name several on a line.
-std::set<std::string> material_libraries(const fs::path& obj) {
-  constexpr std::size_t kPiece = 1 << 20;
-  std::set<std::string> names;
-  std::ifstream file(obj, std::ios::binary);
-  std::string text;  // What isn't looked through yet; it starts where a line does.
-  while (file) {
-    const std::size_t held = text.size();
-    text.resize(held + kPiece);
-    file.read(text.data() + held, kPiece);
-    text.resize(held + static_cast<std::size_t>(file.gcount()));
-    const std::size_t whole_lines = file ? text.rfind('\n') + 1 : text.size();  // npos + 1 is 0.
-    add_material_libraries(std::string_view(text).substr(0, whole_lines), names);
-    text.erase(0, whole_lines);
-  }
-  return names;
+std::string format_by_ending(const fs::path& path) {
+  const std::string ending = lower_case(path.extension().string());
+  return ending == ".obj" || ending == ".ply" || ending == ".nff" ? ending.substr(1) : "";
 }
+
+/// Finds files whose names differ from what was asked for in the case of letters.
+class Folders {
+ public:
+  /// A file below `folder`; one whose name is as it was asked for comes first.
+  std::optional<fs::path> find(const fs::path& folder, const fs::path& relative) {
+    fs::path path = folder / relative;
+    if (is_file(path) || relative.is_absolute()) return is_file(path) ? std::optional(path) : std::nullopt;
+    path = folder;
+    for (const fs::path& part : relative) {
+      std::error_code error;
+      if (fs::exists(path / part, error)) {
+        path /= part;
+        continue;
+      }
+      const auto& names = names_in(path);
+      const auto found = names.find(lower_case(part.string()));
+      if (found == names.end()) return std::nullopt;
+      path /= found->second;
+    }
+    return is_file(path) ? std::optional(path) : std::nullopt;
+  }
+
+ private:
+  using Names = std::map<std::string, std::string>;  ///< By themselves in lower case.
+
+  const Names& names_in(const fs::path& folder) {
+    const auto [entry, is_new] = listed_.try_emplace(folder);
+    std::error_code error;
+    if (is_new) {
+      for (fs::directory_iterator at(folder.empty() ? "." : folder, error), end; !error && at != end;
+           at.increment(error)) {
+        std::string name = at->path().filename().string();
+        std::string& kept = entry->second[lower_case(name)];
+        if (kept.empty() || name < kept) kept = std::move(name);
+      }
+    }
+    return entry->second;
+  }
+
+  std::map<fs::path, Names> listed_;
+};
 
 class Walk {
  public:
-  explicit Walk(fs::path folder) : folder_(std::move(folder)) {}
-
-  void visit(json& value) {
-    if (value.is_object() && value.value("type", json()) == "file" && value.contains("path")) name_by_content(value);
-    if (value.is_structured()) std::ranges::for_each(value, [this](json& child) { visit(child); });
+  explicit Walk(const SceneFolder& folder) : folder_(folder) {
+    std::error_code error;
+    root_ = fs::canonical(folder.folder.empty() ? "." : folder.folder, error);
   }
 
-  NamedFiles take_found() { return std::move(found_); }
+  void visit(json& value, const json::json_pointer& pointer) {
+    if (value.is_object() && value.value("type", json()) == "file" && value.contains("path"))
+      name_by_content(value, (pointer / "path").to_string());
+    if (value.is_object())
+      for (auto& [key, member] : value.items()) visit(member, pointer / key);
+    if (value.is_array())
+      for (std::size_t i = 0; i < value.size(); ++i) visit(value[i], pointer / i);
+  }
+
+  NamedFiles take_found() {
+    if (!errors_.empty())
+      throw Failure(Failure::Kind::local_file, "files that the document names aren't uploaded", std::move(errors_));
+    return std::move(found_);
+  }
 
  private:
-  void name_by_content(json& file) {
-    const json& written = file["path"];
-    if (!written.is_string()) return;
-    const fs::path path = folder_ / written.get<std::string>();
+  void name_by_content(json& file, const std::string& pointer) {
+    if (!file["path"].is_string()) return;
+    const std::string written = file["path"];
+    const fs::path path = folder_.folder / written;
     if (!is_file(path)) {
-      found_.left_to_server.push_back(written.get<std::string>());
+      found_.left_to_server.push_back(written);
+      return;
+    }
+    if (!may_send(path)) {
+      errors_.push_back({pointer, written + " lies outside the document's folder; " + kAllowOutside});
       return;
     }
     if (!file.contains("format")) {
-      const std::string format = scene_file_format(path);
-      if (format.empty()) return;
+      const proto::FileKind kind = proto::file_kind(path);
+      const std::string format = scene_file_format(path, kind);
+      if (format.empty()) {
+        errors_.push_back(
+            {pointer, written + " is " + std::string(proto::description(kind)) + "; known are OBJ, PLY and NFF"});
+        return;
+      }
+      const std::string ending = format_by_ending(path);
+      if (!ending.empty() && ending != format)
+        found_.notes.push_back(written + " is " + std::string(proto::description(kind)) + " and is read as one");
       file["format"] = format;
     }
     file["blob"] = add(path);
@@ -91,14 +137,44 @@ class Walk {
   }
 
   void add_companions(json& file, const fs::path& obj) {
-    for (const std::string& name : material_libraries(obj)) {
-      const fs::path path = obj.parent_path() / name;
-      if (is_file(path)) file["companions"][name] = add(path);
+    std::vector<fs::path> outside;
+    proto::LibrarySearch search([&](const std::string& name) {
+      const std::optional<fs::path> path = folders_.find(obj.parent_path(), name);
+      if (!path) return false;
+      if (!may_send(*path)) {
+        outside.push_back(*path);
+        return false;
+      }
+      file["companions"][name] = add(*path);
+      return true;
+    });
+    proto::MtllibScanner scanner([&](std::string_view arguments) {
+      outside.clear();
+      if (search.look_for(arguments)) return;
+      for (const fs::path& path : outside)
+        found_.notes.push_back("the material library " + path.string() +
+                               " lies outside the document's folder and isn't " + "uploaded; " + kAllowOutside);
+    });
+
+    std::ifstream text(obj, std::ios::binary);
+    std::vector<char> piece(1 << 20);
+    while (text) {
+      text.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+      scanner.feed({piece.data(), static_cast<std::size_t>(text.gcount())});
     }
+    scanner.finish();
+  }
+
+  /// Whether the file lies in the document's folder, wherever symbolic links lead, or may lie anywhere.
+  bool may_send(const fs::path& path) const {
+    if (folder_.allow_outside || path.lexically_normal() == folder_.scene.lexically_normal()) return true;
+    std::error_code error;
+    const fs::path real = fs::canonical(path, error);
+    return !error && !root_.empty() && std::ranges::mismatch(root_, real).in1 == root_.end();
   }
 
   const proto::ContentHash& add(const fs::path& path) {
-    const auto [entry, is_new] = hashes_.try_emplace(path);
+    const auto [entry, is_new] = hashes_.try_emplace(path.lexically_normal());
     if (is_new) {
       entry->second = hash_of(path);
       found_.to_upload.push_back({path, entry->second});
@@ -106,23 +182,35 @@ class Walk {
     return entry->second;
   }
 
-  fs::path folder_;
+  SceneFolder folder_;
+  fs::path root_;  ///< The folder without links; empty when it can't be found.
+  Folders folders_;
   std::map<fs::path, proto::ContentHash> hashes_;
+  std::vector<proto::FieldError> errors_;
   NamedFiles found_;
 };
 
 }  // namespace
 
-NamedFiles name_files_by_content(json& document, const fs::path& folder) {
+NamedFiles name_files_by_content(json& document, const SceneFolder& folder) {
   Walk walk(folder);
-  walk.visit(document);
+  walk.visit(document, json::json_pointer());
   return walk.take_found();
 }
 
-std::string scene_file_format(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending == ".obj" || ending == ".ply" || ending == ".nff" ? ending.substr(1) : "";
+std::string scene_file_format(const fs::path& path, proto::FileKind kind) {
+  switch (kind) {
+    case proto::FileKind::obj:
+      return "obj";
+    case proto::FileKind::ply:
+      return "ply";
+    case proto::FileKind::nff:
+      return "nff";
+    case proto::FileKind::unknown:
+      return format_by_ending(path);
+    default:
+      return "";
+  }
 }
 
 }  // namespace tessera::client

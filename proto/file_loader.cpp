@@ -31,12 +31,15 @@ std::optional<SourceFile> found(const Result<SourceFile>& file, const JsonCursor
   return std::nullopt;
 }
 
-std::optional<SourceFile> find_asset(const std::string& path, const JsonCursor& where, const FileSource& files) {
+std::optional<SourceFile> find_asset(const std::string& path, const JsonCursor& where, const FileSource& files,
+                                     const std::stop_token& stop) {
   if (path.empty()) {
     where.expected("a path below the asset root");
     return std::nullopt;
   }
-  return found(files.asset(path), where);
+  const auto file = files.asset(path, stop);
+  throw_if_abandoned(stop);
+  return found(file, where);
 }
 
 std::optional<SourceFile> find_blob(const JsonCursor& value, const FileSource& files) {
@@ -59,7 +62,11 @@ bool find_companions(const JsonCursor& value, const FileSource& files, std::map<
 }
 
 /// Whether a file is still what was found. A file that can't be read any more isn't.
-bool is_unchanged(const SourceFile& file) { return hash_file(file.path) == file.hash; }
+bool is_unchanged(const SourceFile& file, const std::stop_token& stop) {
+  const auto hash = hash_file(file.path, stop);
+  throw_if_abandoned(stop);
+  return hash == file.hash;
+}
 
 }  // namespace
 
@@ -75,7 +82,7 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
   bool good = read(format_field, reference.format, file_format_names());
   std::optional<SourceFile> file;
   if (path) {
-    if (read(path, reference.name, kLongestPath)) file = find_asset(reference.name, *path, files_);
+    if (read(path, reference.name, kLongestPath)) file = find_asset(reference.name, *path, files_, stop_);
     if (companions) good = companions->error("\"companions\" go with a blob; a path finds its own beside it.");
   } else {
     file = find_blob(*blob, files_);
@@ -121,15 +128,16 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
       const auto given = reference.companions->find(std::string(name));
       if (given != reference.companions->end()) file = given->second;
     } else {
-      const auto sibling = files_.asset((std::filesystem::path(folder_of(reference.name)) / name).generic_string());
+      const std::filesystem::path path = std::filesystem::path(folder_of(reference.name)) / name;
+      const auto sibling = files_.asset(path.lexically_normal().generic_string(), stop_);
       if (sibling) assets.push_back(*(file = *sibling));
     }
     if (!file) return std::nullopt;
     loaded.identity.companions.emplace(name, file->hash);
     return file->path;
   };
-  Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion);
-  if (!std::ranges::all_of(assets, is_unchanged)) {
+  Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion, stop_);
+  if (!std::ranges::all_of(assets, [&](const SourceFile& file) { return is_unchanged(file, stop_); })) {
     reference.where.error("The file changed while it was read; send the scene again.");
     return std::nullopt;
   }
@@ -161,6 +169,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   loaded.lights = std::move(imported->lights);
   loaded.background = imported->background;
   loaded.camera = imported->camera;
+  loaded.image = imported->image;
   return loaded;
 }
 

@@ -2,7 +2,9 @@
 
 #include <map>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "proto/scene_builder.h"
@@ -23,15 +25,17 @@ struct FileReference {
 struct LoadedFile {
   FileIdentity identity;
   std::vector<ScenePart> parts;
-  std::vector<Light> lights;  ///< These three are NFF's.
+  std::vector<Light> lights;  ///< These four are NFF's.
   std::optional<Rgb> background;
   std::optional<Camera> camera;
+  std::optional<ImageSize> image;
 };
 
 /// Brings files into a scene, each once however often the document names it.
 class FileLoader {
  public:
-  FileLoader(const FileSource& files, SceneBuilder& builder) : files_(files), builder_(builder) {}
+  FileLoader(const FileSource& files, SceneBuilder& builder, std::stop_token stop)
+      : files_(files), builder_(builder), stop_(std::move(stop)) {}
 
   /// Reads the fields of a file object and finds the file; nothing, with errors, when that fails.
   std::optional<FileReference> find(JsonFields& fields) const;
@@ -45,6 +49,7 @@ class FileLoader {
 
   const FileSource& files_;
   SceneBuilder& builder_;
+  const std::stop_token stop_;
   std::map<std::string, std::optional<LoadedFile>> loaded_;
 };
 

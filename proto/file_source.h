@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 #include <string_view>
 
 #include "proto/wire/result.h"
@@ -24,8 +25,9 @@ class FileSource {
   virtual Result<SourceFile> blob(const ContentHash& hash) const = 0;
 
   /// A file under the asset root, by relative path. Refuses absolute paths, paths that climb out of the root
-  /// (also by symbolic links), and anything that isn't a regular file.
-  virtual Result<SourceFile> asset(std::string_view relative_path) const = 0;
+  /// (also by symbolic links), and anything that isn't a regular file. Hashes it, which takes its time: a stop ends
+  /// that, with any problem.
+  virtual Result<SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const = 0;
 };
 
 }  // namespace tessera::proto

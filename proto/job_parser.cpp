@@ -30,16 +30,11 @@ void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
   }
 }
 
-void read_tile_size(JsonCursor value, Settings& settings, const Limits& limits) {
+void read_tile_size(JsonCursor value, JobRequest& job) {
   if (value.is_number()) {
-    if (!read(value, settings.tile_size, 1, kLargestTile)) return;
-    const auto across = [&](std::uint64_t pixels) { return (pixels + settings.tile_size - 1) / settings.tile_size; };
-    const std::uint64_t tiles = across(settings.width) * across(settings.height);
-    if (tiles > limits.max_tiles)
-      value.error("The image would have " + std::to_string(tiles) + " tiles; at most " +
-                  std::to_string(limits.max_tiles) + " are allowed. Make the tiles larger.");
+    read(value, job.settings.tile_size, 1, kLargestTile);
   } else if (value.kind() == JsonKind::string && value.string() == "whole") {
-    settings.tile_size = std::max(settings.width, settings.height);
+    job.is_one_tile = true;
   } else if (value.kind() != JsonKind::string || value.string() != "auto") {
     value.expected("\"auto\", \"whole\" or an integer from 1 to " + std::to_string(kLargestTile));
   }
@@ -57,26 +52,45 @@ void read_aovs(JsonCursor value, Settings& settings) {
   }
 }
 
-/// Precondition: the image's size is read.
-void read_settings(JsonCursor value, Settings& settings, const Limits& limits) {
+void read_settings(JsonCursor value, JobRequest& job) {
+  Settings& settings = job.settings;
   JsonFields fields(value, "settings");
-  const auto samples = fields.optional("samples");
-  read(samples, settings.samples, 1, kLargest32);
+  read(fields.optional("samples"), settings.samples, 1, kLargest32);
   read(fields.optional("jitter"), settings.jitter);
   read(fields.optional("max_depth"), settings.max_depth, 1, kLargestDepth);
   read(fields.optional("seed"), settings.seed, 0, kLargest64);
   if (const auto accel = fields.optional("accel")) read_accel(*accel, settings.accel);
   read(fields.optional("screen_bounds"), settings.screen_bounds, screen_bounds_names());
-  if (const auto tile_size = fields.optional("tile_size")) read_tile_size(*tile_size, settings, limits);
+  if (const auto tile_size = fields.optional("tile_size")) read_tile_size(*tile_size, job);
   if (const auto aovs = fields.optional("aovs")) read_aovs(*aovs, settings);
   read(fields.optional("count_tests"), settings.count_tests);
   fields.refuse_unknown();
+}
 
+/// Settles what depends on the image's size.
+void fit_to_image(JobRequest& job, const Limits& limits, FieldErrors& errors) {
+  Settings& settings = job.settings;
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-  if (samples && pixels <= limits.max_pixels && settings.samples > limits.max_samples / pixels) {
-    samples->error("At most " + std::to_string(limits.max_samples / pixels) +
-                   " samples per pixel are allowed for an image of " + std::to_string(pixels) + " pixels.");
+  if (pixels > limits.max_pixels) return;  // Said already.
+  if (settings.samples > limits.max_samples / pixels) {
+    errors.add("/settings/samples", "At most " + std::to_string(limits.max_samples / pixels) +
+                                        " samples per pixel are allowed for an image of " + std::to_string(pixels) +
+                                        " pixels.");
   }
+  if (job.is_one_tile) settings.tile_size = std::max(settings.width, settings.height);
+  if (job.is_one_tile || settings.tile_size == kAdaptiveTiles) return;
+  const auto across = [&](std::uint64_t side) { return (side + settings.tile_size - 1) / settings.tile_size; };
+  const std::uint64_t tiles = across(settings.width) * across(settings.height);
+  if (tiles > limits.max_tiles) {
+    errors.add("/settings/tile_size", "The image would have " + std::to_string(tiles) + " tiles; at most " +
+                                          std::to_string(limits.max_tiles) + " are allowed. Make the tiles larger.");
+  }
+}
+
+void take_size(const Scene& scene, JobRequest& job) {
+  if (job.has_image || !scene.image) return;
+  job.settings.width = scene.image->width;
+  job.settings.height = scene.image->height;
 }
 
 }  // namespace
@@ -96,13 +110,26 @@ std::optional<JobRequest> read_job(const JsonCursor& document, const FileSource&
     }
   }
   if (const auto camera = fields.optional("camera")) job.camera = read_camera(*camera);
-  if (const auto image = fields.optional("image")) read_image(*image, job.settings, limits);
-  if (const auto settings = fields.optional("settings")) read_settings(*settings, job.settings, limits);
+  const auto image = fields.optional("image");
+  job.has_image = image.has_value();
+  if (image) read_image(*image, job.settings, limits);
+  if (const auto settings = fields.optional("settings")) read_settings(*settings, job);
   read(fields.optional("name"), job.name, kLongestName);
   read_schema_name(fields.optional("$schema"));
   fields.refuse_unknown();
+  if (const auto* inline_scene = std::get_if<ParsedScene>(&job.scene); inline_scene && inline_scene->scene)
+    take_size(*inline_scene->scene, job);
+  fit_to_image(job, limits, document.errors());
   if (!document.errors().empty()) return std::nullopt;
   return job;
+}
+
+std::optional<Problem> take_image(const Scene& scene, const Limits& limits, JobRequest& job) {
+  take_size(scene, job);
+  FieldErrors errors;
+  fit_to_image(job, limits, errors);
+  if (errors.empty()) return std::nullopt;
+  return std::move(errors).as_problem("job document");
 }
 
 }  // namespace tessera::proto

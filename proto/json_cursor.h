@@ -47,6 +47,7 @@ class JsonCursor {
   template <typename Visit>
   void each_member(Visit visit) const {
     for (JsonDocument::Index i = index_ + 1; i < document_->next(index_); i = document_->next(i + 1)) {
+      errors_->steps().take();
       visit(document_->string(i), at(i + 1));
     }
   }
@@ -68,6 +69,7 @@ class JsonCursor::Elements {
     explicit Iterator(JsonCursor element) : element_(element) {}
     const JsonCursor& operator*() const { return element_; }
     Iterator& operator++() {
+      element_.errors_->steps().take();
       element_.index_ = element_.document_->next(element_.index_);
       return *this;
     }

@@ -1,6 +1,8 @@
 #include "proto/json_document.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -30,6 +32,32 @@ std::string reason(std::string_view what) {
   }
   return std::string(what.substr(0, what.find(kQuote))) + ".";
 }
+
+/// Walks over a text, and looks at times whether somebody still wants it.
+class WatchedText {
+ public:
+  using iterator_category = std::forward_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  WatchedText(const char* at, Steps& steps) : at_(at), steps_(&steps) {}
+
+  reference operator*() const { return *at_; }
+  WatchedText& operator++() {
+    ++at_;
+    if (reinterpret_cast<std::uintptr_t>(at_) % kBytesBetweenLooks == 0) throw_if_abandoned(steps_->stop());
+    return *this;
+  }
+  bool operator==(const WatchedText& other) const { return at_ == other.at_; }
+
+ private:
+  static constexpr std::uintptr_t kBytesBetweenLooks = 1 << 16;
+
+  const char* at_;
+  Steps* steps_;
+};
 
 /// More nodes than the text can hold: each but the root follows one of these characters.
 std::size_t most_nodes(std::string_view bytes) {
@@ -152,7 +180,10 @@ class JsonDocumentBuilder {
     for (Index i = object + 1; i < document_.next(object); i = document_.next(i + 1)) {
       keys_.push_back(document_.string(i));
     }
-    std::ranges::sort(keys_);
+    std::ranges::sort(keys_, [&](std::string_view a, std::string_view b) {
+      errors_.steps().take();
+      return a < b;
+    });
     for (auto same = keys_.begin(); (same = std::adjacent_find(same, keys_.end())) != keys_.end();) {
       if (errors_.full()) return;
       const std::string_view key = *same;
@@ -182,7 +213,8 @@ Result<JsonDocument> JsonDocument::parse(std::string_view bytes, std::uint32_t m
     return malformed(bytes, nul, "a NUL byte. JSON is UTF-8 text; write NUL in a string as \\u0000.");
   }
   JsonDocumentBuilder builder(bytes, max_depth, errors);
-  nlohmann::json::sax_parse(bytes.begin(), bytes.end(), &builder);
+  nlohmann::json::sax_parse(WatchedText(bytes.data(), errors.steps()),
+                            WatchedText(bytes.data() + bytes.size(), errors.steps()), &builder);
   return builder.finish();
 }
 

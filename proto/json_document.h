@@ -23,7 +23,7 @@ class JsonDocument {
 
   /// `malformed_json` when `bytes` isn't JSON (RFC 8259, UTF-8 without a byte order mark) or nests deeper than
   /// `max_depth`; `invalid_document` when a number overflows. A key that an object repeats goes to `errors`.
-  /// Takes no stack per level of nesting.
+  /// Takes no stack per level of nesting. Throws `Abandoned` when the errors' stop is requested.
   static Result<JsonDocument> parse(std::string_view bytes, std::uint32_t max_depth, FieldErrors& errors);
 
   JsonKind kind(Index i) const { return nodes_[i].kind; }

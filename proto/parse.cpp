@@ -17,7 +17,7 @@ template <typename T, typename Read>
 Result<T> parse(std::string_view bytes, std::string_view what, const FileSource& files, const Limits& limits,
                 const std::stop_token& stop, Read read) try {
   throw_if_abandoned(stop);
-  FieldErrors errors;
+  FieldErrors errors(stop);
   const auto document = JsonDocument::parse(bytes, limits.max_depth, errors);
   if (!document) return document.problem();
   std::optional<T> value = read(JsonCursor(*document, errors), files, limits);

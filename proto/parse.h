@@ -37,6 +37,8 @@ struct JobRequest {
   std::variant<ContentHash, ParsedScene> scene;
   std::optional<Camera> camera;
   Settings settings;
+  bool has_image = false;    ///< Whether `settings` has the size from the job's `image`.
+  bool is_one_tile = false;  ///< `settings.tile_size` is to span the image, whatever its size.
   std::string name;
 };
 
@@ -51,5 +53,9 @@ Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files,
 /// The same for a job document; an inline scene's pointers start with "/scene".
 Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits,
                              std::stop_token stop = {});
+
+/// Gives a job without an `image` the size that its scene asks for, if it does. The problem, with pointers, when the
+/// job's settings go beyond `limits` with it. `parse_job` has done it for an inline scene.
+std::optional<Problem> take_image(const Scene& scene, const Limits& limits, JobRequest& job);
 
 }  // namespace tessera::proto

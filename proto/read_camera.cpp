@@ -1,6 +1,7 @@
 #include "proto/read_camera.h"
 
 #include <numbers>
+#include <string>
 
 #include "proto/read_values.h"
 
@@ -15,18 +16,42 @@ constexpr float kDefaultFieldOfView = 45;
 // The sine of the angle between view and up below which "up" says too little about the picture's upright.
 constexpr double kSmallestSine = 1e-6;
 
-bool read_view(JsonFields& fields, View& view) {
-  const auto at = fields.required("at"), from = fields.required("from"), up = fields.optional("up");
+/// The view of a camera that leaves out where it stands.
+bool read_unplaced(JsonFields& fields, View& view) {
+  view = kUnplacedView;
+  auto direction = *UnitVec3::normalize(view.at - view.from);
+  if (!read_direction(fields.optional("direction"), direction)) return false;
+  view.from = {};
+  view.at = direction;
+  return true;
+}
+
+bool read_placed(std::optional<JsonCursor> at, std::optional<JsonCursor> from, View& view) {
   bool good = read(from, view.from, kCoordinate);
   good &= read(at, view.at, kCoordinate);
+  if (!good) return false;
+  if (view.at == view.from) return at->error("The camera looks at the point where it stands; move \"at\" or \"from\".");
+  return true;
+}
+
+bool read_view(JsonFields& fields, View& view) {
+  const auto at = fields.optional("at"), from = fields.optional("from"), up = fields.optional("up");
+  bool good = false;
+  if (at && from)
+    good = read_placed(at, from, view);
+  else if (!at && !from)
+    good = read_unplaced(fields, view);
+  else
+    fields.value().error(
+        std::string("The field \"") + (at ? "from" : "at") +
+        "\" is missing; a camera has both of \"from\" and \"at\", or neither and is placed by the server.");
   UnitVec3 upright = UnitVec3::y();
   good &= read_direction(up, upright);
-  if (!good || !from || !at) return false;
+  if (!good) return false;
   const auto forward = UnitVec3::normalize(to_double(view.at) - to_double(view.from));
-  if (!forward) return at->error("The camera looks at the point where it stands; move \"at\" or \"from\".");
   if (length(cross(to_double(*forward), to_double(upright))) < kSmallestSine) {
     return up.value_or(fields.value())
-        .error("\"up\" (by default [0, 1, 0]) is parallel to the way from \"from\" to \"at\"; choose another \"up\".");
+        .error("\"up\" (by default [0, 1, 0]) is parallel to the way that the camera looks; choose another \"up\".");
   }
   view.up = upright;
   return true;
@@ -59,8 +84,10 @@ std::optional<Camera> read_camera(JsonCursor value) {
     fields.call("an orthographic camera");
     good = read_view(fields, view);
     OrthographicCamera orthographic;
-    const auto height = fields.required("height");
-    good &= height && read(height, orthographic.height, kPositive);
+    if (view.is_placed) {
+      const auto height = fields.required("height");
+      good &= height && read(height, orthographic.height, kPositive);
+    }
     orthographic.view = view;
     if (good) camera = orthographic;
   }

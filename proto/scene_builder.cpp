@@ -1,6 +1,8 @@
 #include "proto/scene_builder.h"
 
+#include <algorithm>
 #include <utility>
+#include <variant>
 
 namespace tessera::proto {
 namespace {
@@ -13,6 +15,10 @@ std::uint64_t shape_bytes(const Shape& shape) {
   return sizeof(Shape) + sizeof(Aabb) + (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +
          mesh->triangles.size() * sizeof(TriangleIndices);
 }
+
+Rgb brightness(const PointLight& light) { return light.intensity; }
+Rgb brightness(const DirectionalLight& light) { return light.irradiance; }
+Rgb brightness(const AmbientLight& light) { return light.radiance; }
 
 void drop_unplaced_shapes(Scene& scene) {
   std::vector<std::uint32_t> moved_to(scene.shapes.size(), kUnused);
@@ -64,6 +70,13 @@ bool SceneBuilder::add_object(const Object& object, const JsonCursor& where) {
   primitives_ += primitives;
   scene_.objects.push_back(object);
   return true;
+}
+
+bool SceneBuilder::is_dark() const {
+  const auto is_black = [](const Light& light) {
+    return std::visit([](const auto& l) { return brightness(l).is_black(); }, light);
+  };
+  return !scene_.objects.empty() && scene_.background.is_black() && std::ranges::all_of(scene_.lights, is_black);
 }
 
 void SceneBuilder::warn(const JsonCursor& where, std::string detail) {

@@ -43,6 +43,10 @@ class SceneBuilder {
   std::vector<Light>& lights() { return scene_.lights; }
   Rgb& background() { return scene_.background; }
   std::optional<Camera>& camera() { return scene_.camera; }
+  std::optional<ImageSize>& image() { return scene_.image; }
+
+  /// Whether there are objects, but no light and no background that isn't black.
+  bool is_dark() const;
 
   /// Everything added, without the shapes that no object shows.
   Scene finish() &&;

@@ -67,7 +67,11 @@ const T* find_named(const JsonCursor& value, const std::map<std::string_view, T>
 class SceneParser {
  public:
   SceneParser(const JsonCursor& document, const FileSource& files, const Limits& limits)
-      : document_(document), errors_(document.errors()), builder_(document, limits), loader_(files, builder_) {}
+      : document_(document),
+        errors_(document.errors()),
+        limits_(limits),
+        builder_(document, limits),
+        loader_(files, builder_, errors_.steps().stop()) {}
 
   std::optional<ParsedScene> parse() {
     JsonFields fields(document_, "a scene");
@@ -75,7 +79,8 @@ class SceneParser {
     const auto background = fields.optional("background"), camera = fields.optional("camera");
     read_schema_name(fields.optional("$schema"));
     read_materials(fields.optional("materials"));
-    read_lights(fields.optional("lights"));
+    const auto lights = fields.optional("lights");
+    read_lights(lights);
     read_geometries(fields.optional("geometries"));
     read_objects(objects);
     read_color(background, builder_.background(), kNotNegative);
@@ -83,6 +88,7 @@ class SceneParser {
     fields.refuse_unknown();
     if (!errors_.empty()) return std::nullopt;
     warn_of_unplaced_geometries();
+    warn_of_darkness(lights.value_or(document_));
     return ParsedScene{std::make_shared<const Scene>(std::move(builder_).finish()), scene_hash(document_, identities_)};
   }
 
@@ -208,6 +214,19 @@ class SceneParser {
     // The document's own come later and override these.
     builder_.background() = file->background.value_or(Rgb{});
     builder_.camera() = file->camera;
+    take_image(*file, reference);
+  }
+
+  void take_image(const LoadedFile& file, const FileReference& reference) {
+    if (!file.image) return;
+    const std::uint64_t pixels = std::uint64_t{file.image->width} * file.image->height;
+    if (pixels <= limits_.max_pixels) {
+      builder_.image() = file.image;
+    } else {
+      builder_.warn(reference.where, "The file's resolution has " + std::to_string(pixels) + " pixels; at most " +
+                                         std::to_string(limits_.max_pixels) +
+                                         " are allowed, so it doesn't size the image.");
+    }
   }
 
   const LoadedFile* load(const FileReference& reference) {
@@ -233,6 +252,7 @@ class SceneParser {
   void place(const std::vector<ScenePart>& parts, const std::uint32_t* material,
              const std::optional<Transform>& placement, const JsonCursor& where) {
     for (const ScenePart& part : parts) {
+      errors_.steps().take();
       std::uint32_t shown = 0;
       if (material != nullptr) {
         shown = *material;
@@ -249,8 +269,14 @@ class SceneParser {
     }
   }
 
+  void warn_of_darkness(const JsonCursor& where) {
+    if (builder_.is_dark())
+      builder_.warn(where, "The scene has no light that isn't black, nor a background, so its image is black.");
+  }
+
   JsonCursor document_;
   FieldErrors& errors_;
+  const Limits& limits_;
   SceneBuilder builder_;
   FileLoader loader_;
   FileIdentities identities_;

@@ -51,7 +51,7 @@ proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash)
   return proto::SourceFile{std::move(path), hash};
 }
 
-proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path) const {
+proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path, const std::stop_token& stop) const {
   if (asset_root_.empty())
     return refused(
         "This server has no asset root, so files can't be named by path; upload the file and name it by blob.");
@@ -66,7 +66,7 @@ proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path
   const fs::path path = fs::canonical(asset_root_ / relative, error);
   if (error || !is_within(path, asset_root_) || !fs::is_regular_file(path, error)) return missing;
   FileBudget::spend(fs::file_size(path, error));
-  auto hash = proto::hash_file(path);
+  auto hash = proto::hash_file(path, stop);
   if (!hash) return refused("The file can't be read.");
   return proto::SourceFile{path, *std::move(hash)};
 }

@@ -24,7 +24,8 @@ class BlobStore : public proto::FileSource {
   proto::Result<Put> put(const proto::ContentHash& hash, ReceivedFile& file);
 
   proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash) const override;
-  proto::Result<proto::SourceFile> asset(std::string_view relative_path) const override;
+  proto::Result<proto::SourceFile> asset(std::string_view relative_path,
+                                         const std::stop_token& stop = {}) const override;
 
  private:
   std::filesystem::path folder_;

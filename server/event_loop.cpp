@@ -97,6 +97,8 @@ Channel::Channel(EventLoop& loop, FileDescriptor socket, std::coroutine_handle<>
 }
 
 Channel::~Channel() {
+  // Closing isn't enough where the socket has been duplicated: events would still come, for what is gone.
+  ::epoll_ctl(loop_.epoll_.value(), EPOLL_CTL_DEL, socket_.value(), nullptr);
   (previous_ ? previous_->next_ : loop_.channels_) = next_;
   if (next_) next_->previous_ = previous_;
 }

@@ -33,20 +33,19 @@ std::optional<double> eta(const JobView& job, JobTimes::Clock::time_point now) {
 
 }  // namespace
 
-void Progress::add_tile(const RayCounts& rays, const TestCounts& tests, std::uint64_t samples) {
-  camera_ += rays.camera;
-  camera_hits_ += rays.camera_hits;
-  reflection_ += rays.reflection;
-  refraction_ += rays.refraction;
-  shadow_ += rays.shadow;
-  camera_skipped_ += rays.camera_skipped;
-  volume_tests_ += tests.volume_tests;
-  volume_hits_ += tests.volume_hits;
-  object_tests_ += tests.object_tests;
-  object_hits_ += tests.object_hits;
-  false_hits_ += tests.false_hits;
-  samples_ += samples;
-  tiles_.fetch_add(1, std::memory_order_release);
+void Progress::add(const Done& done, const Done& before) {
+  camera_ += done.rays.camera - before.rays.camera;
+  camera_hits_ += done.rays.camera_hits - before.rays.camera_hits;
+  reflection_ += done.rays.reflection - before.rays.reflection;
+  refraction_ += done.rays.refraction - before.rays.refraction;
+  shadow_ += done.rays.shadow - before.rays.shadow;
+  camera_skipped_ += done.rays.camera_skipped - before.rays.camera_skipped;
+  volume_tests_ += done.tests.volume_tests - before.tests.volume_tests;
+  volume_hits_ += done.tests.volume_hits - before.tests.volume_hits;
+  object_tests_ += done.tests.object_tests - before.tests.object_tests;
+  object_hits_ += done.tests.object_hits - before.tests.object_hits;
+  false_hits_ += done.tests.false_hits - before.tests.false_hits;
+  samples_ += done.samples - before.samples;
 }
 
 RayCounts Progress::rays() const {

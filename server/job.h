@@ -23,7 +23,15 @@ namespace tessera::server {
 /// What render threads add to while a job runs, and everyone may read.
 class Progress {
  public:
-  void add_tile(const RayCounts& rays, const TestCounts& tests, std::uint64_t samples);
+  struct Done {
+    RayCounts rays = {};
+    TestCounts tests = {};
+    std::uint64_t samples = 0;
+  };
+  /// Adds what has been done, but for what had been done `before`.
+  void add(const Done& done, const Done& before);
+  /// When all of the tile has been added.
+  void add_tile() { tiles_.fetch_add(1, std::memory_order_release); }
 
   /// Exact once the job is completed; while it runs, the figures may be of different moments.
   RayCounts rays() const;

@@ -1,14 +1,68 @@
 #include "server/job_runner.h"
 
 #include <atomic>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/render/render.h"
+#include "core/render/tile_renderer.h"
 
 namespace tessera::server {
+namespace {
+
+/// How long a tile is rendered before others have their turn.
+constexpr std::chrono::milliseconds kTurn{10};
+
+/// Short enough for a string that takes no memory.
+constexpr const char* kOutOfMemory = "out of memory";
+
+}  // namespace
+
+/// A tile being rendered, and what of it the job's progress has been told.
+struct JobRunner::OpenTile {
+  OpenTile(const RenderContext& context, std::size_t index) : renderer(context, index) {}
+
+  void tell(Progress& progress) {
+    const Progress::Done now{renderer.result().rays, renderer.result().tests, renderer.samples_done()};
+    progress.add(now, told);
+    told = now;
+  }
+
+  TileRenderer renderer;
+  Progress::Done told;
+};
+
+/// Tiles between two turns, by index. For any number of threads.
+class JobRunner::PausedTiles {
+ public:
+  using Tiles = std::map<std::size_t, OpenTile>;
+
+  /// The tile that was put, or one to begin with.
+  Tiles::node_type take_or_open(const RenderContext& context, std::size_t index) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (auto paused = tiles_.extract(index)) return paused;
+    }
+    Tiles opened;
+    opened.try_emplace(index, context, index);
+    return opened.extract(opened.begin());
+  }
+
+  void put(Tiles::node_type tile) {
+    const std::lock_guard lock(mutex_);
+    tiles_.insert(std::move(tile));
+  }
+
+ private:
+  std::mutex mutex_;
+  Tiles tiles_;
+};
 
 /// A job's work in progress: owned by the units of work that are still to be done, so gone when there are none.
 struct JobRunner::Run {
@@ -38,43 +92,40 @@ struct JobRunner::Run {
   std::shared_ptr<const Structure> structure;  ///< Null where none is needed.
   bool shares_structure = false;               ///< Another job had it built.
   std::shared_ptr<Film> film;
+  PausedTiles paused;
   std::atomic<std::size_t> tiles_left{0};
 };
 
 template <typename Step>
-void JobRunner::guard(const Run& run, Step step) {
+void JobRunner::guard(const std::string& job, Step step) noexcept {
   try {
-    step();
+    try {
+      step();
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      jobs_.fail(job, error.what());
+    }
   } catch (const std::bad_alloc&) {
-    fail(run.job.id, "the server ran out of memory");
-  } catch (const std::exception& error) {
-    fail(run.job.id, error.what());
-  }
-}
-
-void JobRunner::fail(const std::string& id, const char* why) noexcept {
-  try {
-    jobs_.fail(id, why);
-  } catch (const std::bad_alloc&) {  // For the words: short ones take none.
-    jobs_.fail(id, "out of memory");
+    jobs_.fail(job, kOutOfMemory);
   }
 }
 
 void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
                       const Camera& camera) {
-  try {
+  guard(job.id, [&] {
     auto run = std::make_shared<Run>(structures_);
     run->job = job;
     run->scene_hash = order.scene_hash;
     run->scene = std::move(scene);
     run->camera = camera;
     run->settings = order.settings;
-    scheduler_.submit(
-        1, [this, run](std::size_t) { guard(*run, [&] { prepare(run); }); }, job.stop);
-  } catch (const std::bad_alloc&) {
-    fail(job.id, "out of memory");
-    throw;
-  }
+    const auto prepare_it = [this, run](std::size_t) {
+      guard(run->job.id, [&] { prepare(run); });
+      return true;
+    };
+    scheduler_.submit(1, prepare_it, job.stop);
+  });
 }
 
 void JobRunner::prepare(const std::shared_ptr<Run>& run) {
@@ -90,7 +141,7 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
   if (!plan->needs_structure) return render(run);
 
   const auto traced = [this, run](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
-    guard(*run, [&] {
+    guard(run->job.id, [&] {
       if (error) std::rethrow_exception(error);
       // Another job may have parsed the same document to another object, which the structure knows nothing of.
       run->context->scene = structure->scene;
@@ -112,19 +163,29 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   run->film = std::make_shared<Film>(run->settings.width, run->settings.height, run->settings.aovs, std::move(tiles));
   run->tiles_left = count;
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
-  scheduler_.submit(
-      count, [this, run](std::size_t i) { guard(*run, [&] { render_one_tile(*run, i); }); }, run->job.stop);
+  const auto render_it = [this, run](std::size_t index) {
+    bool is_done = true;
+    guard(run->job.id, [&] { is_done = render_tile(*run, index); });
+    return is_done;
+  };
+  scheduler_.submit(count, render_it, run->job.stop);
 }
 
-void JobRunner::render_one_tile(Run& run, std::size_t index) {
-  const auto tile = render_tile(*run.context, index, run.job.stop);
-  if (!tile) return;
-  run.film->store(index, tile->pixels);
-  run.job.progress->add_tile(tile->rays, tile->tests,
-                             static_cast<std::uint64_t>(tile->pixels.rect.area()) * run.settings.samples);
-  if (--run.tiles_left > 0) return;
+bool JobRunner::render_tile(Run& run, std::size_t index) {
+  auto tile = run.paused.take_or_open(*run.context, index);
+  OpenTile& open = tile.mapped();
+  const bool is_done = open.renderer.go_on(TileRenderer::Clock::now() + kTurn, run.job.stop);
+  if (is_done) run.film->store(index, open.renderer.result().pixels);
+  open.tell(*run.job.progress);
+  if (!is_done) {
+    run.paused.put(std::move(tile));
+    return false;
+  }
+  run.job.progress->add_tile();
+  if (--run.tiles_left > 0) return true;
   run.film.reset();  // The table's alone now: it can give way as soon as the job has ended.
   jobs_.complete(run.job.id, run.structure_use());
+  return true;
 }
 
 }  // namespace tessera::server

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <exception>
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -18,24 +18,24 @@ class JobRunner {
   JobRunner(Scheduler& scheduler, StructureCache& structures, JobTable& jobs)
       : scheduler_(scheduler), structures_(structures), jobs_(jobs) {}
 
-  /// Starts a job that the table has admitted, for this scene seen through this camera. Fails the job, and throws
-  /// std::bad_alloc, when there is no memory for that.
+  /// Starts a job that the table has admitted, for this scene seen through this camera. If that fails, so does the job.
   void start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
              const Camera& camera);
 
   unsigned threads() const { return scheduler_.threads(); }
 
  private:
+  struct OpenTile;
+  class PausedTiles;
   struct Run;
 
   void prepare(const std::shared_ptr<Run>& run);
   void render(const std::shared_ptr<Run>& run);
-  void render_one_tile(Run& run, std::size_t index);
+  /// Renders on at a tile for a turn; whether it is done.
+  bool render_tile(Run& run, std::size_t index);
   /// Runs a step of a job; an exception fails the job.
   template <typename Step>
-  void guard(const Run& run, Step step);
-  /// Where there isn't even memory for the words, in shorter ones.
-  void fail(const std::string& id, const char* why) noexcept;
+  void guard(const std::string& job, Step step) noexcept;
 
   Scheduler& scheduler_;
   StructureCache& structures_;

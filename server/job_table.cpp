@@ -99,10 +99,9 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   job.progress = std::make_shared<Progress>();
   job.film_bytes = film;
   job.view.id = new_id();
-  job.id_for_ended = {job.view.id};
-  job.id_for_images = {job.view.id};
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
+  job.spare_nodes = {job.view.id, job.view.id};
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
   Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
@@ -135,13 +134,16 @@ bool JobTable::change_state(Job& job, JobState to) {
 
 bool JobTable::end(Job& job, JobState to, Films& dropped) {
   if (!change_state(job, to)) return false;
-  job.among_ended = job.id_for_ended.begin();
-  ended_.splice(ended_.end(), job.id_for_ended);
+  job.among_ended = job.spare_nodes.begin();
+  ended_.splice(ended_.end(), job.spare_nodes, job.among_ended);
   if (job.film) {
-    job.among_images = job.id_for_images.begin();
-    ended_images_.splice(ended_images_.end(), job.id_for_images);
+    job.among_images = job.spare_nodes.begin();
+    ended_images_.splice(ended_images_.end(), job.spare_nodes, job.among_images);
   }
-  if (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), dropped);
+  try {
+    while (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), dropped);
+  } catch (const std::bad_alloc&) {  // The next job that ends makes up for it.
+  }
   return true;
 }
 
@@ -213,13 +215,13 @@ bool JobTable::complete(const std::string& id, std::optional<StructureUse> struc
   return true;
 }
 
-bool JobTable::fail(const std::string& id, const std::string& why) {
+bool JobTable::fail(const std::string& id, std::string why) {
   Films dropped;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
-  job->view.error = why;
   spdlog::error("job {}: {}", id, why);
+  job->view.error = std::move(why);
   return end(*job, JobState::failed, dropped);
 }
 

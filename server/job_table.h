@@ -60,8 +60,8 @@ class JobTable {
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
   /// `structure` is what it has come to be by the end.
   bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt);
-  /// Takes no memory beyond that of a copy of `why`.
-  bool fail(const std::string& id, const std::string& why);
+  /// Takes no memory.
+  bool fail(const std::string& id, std::string why);
 
   /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays.
   proto::Result<JobView> cancel(const std::string& id);
@@ -87,10 +87,9 @@ class JobTable {
     JobView view;
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
-    std::uint64_t film_bytes;                       ///< Of its image, or set aside for it.
-    std::shared_ptr<const Film> film;               ///< Once it renders, until it gives way.
-    std::list<std::string> id_for_ended;            ///< Until it ends, which then takes no memory;
-    std::list<std::string> id_for_images;           ///< and likewise.
+    std::uint64_t film_bytes;            ///< Of its image, or set aside for it.
+    std::shared_ptr<const Film> film;    ///< Once it renders, until it gives way.
+    std::list<std::string> spare_nodes;  ///< For `ended_` and `ended_images_`: so that ending takes no memory.
     std::list<std::string>::iterator among_ended;   ///< Once it has ended.
     std::list<std::string>::iterator among_images;  ///< As long as it has ended, and its film is there.
   };

@@ -57,12 +57,12 @@ void Lane::work_on() noexcept {
 FileBudget::FileBudget(std::uint64_t bytes) { bytes_left = bytes; }
 FileBudget::~FileBudget() { bytes_left = kUnlimited; }
 
+bool FileBudget::is_limited() { return bytes_left != kUnlimited; }
+
 void FileBudget::spend(std::uint64_t bytes) {
-  if (bytes_left == kUnlimited) return;
+  if (!is_limited()) return;
   if (bytes > bytes_left) throw TooHeavy{};
   bytes_left -= bytes;
 }
-
-void FileBudget::leave_quick_lane() { spend(kUnlimited); }
 
 }  // namespace tessera::server

@@ -49,10 +49,10 @@ class FileBudget {
   FileBudget(const FileBudget&) = delete;
   FileBudget& operator=(const FileBudget&) = delete;
 
+  /// Whether this thread's work has one: then it may not wait for work of others either.
+  static bool is_limited();
   /// To be called before a file is read. Throws TooHeavy when less is left.
   static void spend(std::uint64_t bytes);
-  /// To be called before what is never for the quick lane: throws TooHeavy there.
-  static void leave_quick_lane();
 };
 
 }  // namespace tessera::server

@@ -82,8 +82,9 @@ class LogSink : public spdlog::sinks::base_sink<std::mutex> {
     std::unique_lock lock(mutex_);
     while (true) {
       changed_.wait(lock, [this] { return used_ > 0 || told_ != dropped || closing_; });
-      if (used_ == 0) tell_dropped();
-      if (used_ == 0) return;  // Closing.
+      if (used_ == 0 && !tell_dropped()) told_ = dropped;  // There is no memory to tell it.
+      if (used_ == 0 && closing_) return;
+      if (used_ == 0) continue;
       const std::size_t size = std::min(used_, piece.size());
       for (std::size_t i = 0; i < size; ++i) piece[i] = buffer_[(begin_ + i) % buffer_.size()];
       begin_ = (begin_ + size) % buffer_.size();

@@ -37,7 +37,7 @@ std::span<const Route> route_table();
 std::variant<const Route*, Response> find_route(Request& request);
 
 /// Runs the handler. An exception becomes a logged `internal_error`, or `out_of_memory_budget`; no memory for that is a
-/// std::bad_alloc. TooHeavy is passed on. Of a request that was abandoned, a response that nobody reads.
+/// std::bad_alloc. TooHeavy is passed on. Of a request that was abandoned the response means nothing: nobody reads it.
 Response run_handler(const Route& route, Services& services, Request& request);
 
 /// The table as text, one route a line: "GET /v1/jobs after limit state".

@@ -40,6 +40,7 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document, const std::st
 SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_token& unwanted) const {
   std::ifstream file(path_of(hash), std::ios::binary);
   if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
+  FileBudget::spend(std::filesystem::file_size(path_of(hash)));
   const std::string document{std::istreambuf_iterator<char>(file), {}};
   auto parsed = proto::parse_scene(document, files_, limits_, unwanted);
   if (!parsed) return parsed.problem();
@@ -49,8 +50,6 @@ SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_toke
 }
 
 Result<ParsedScene> SceneStore::find(const ContentHash& hash, const std::stop_token& abandoned) {
-  if (const auto kept = scenes_.find(hash)) return ParsedScene{**kept, hash};
-  FileBudget::leave_quick_lane();  // It may have to wait for another one that parses it.
   const auto make = [&](const std::stop_token& unwanted) {
     Found found = read(hash, unwanted);
     const auto bytes = found ? std::optional(memory_bytes(**found)) : std::nullopt;

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "proto/abandoned.h"
+#include "server/lane.h"
 #include "server/lru.h"
 
 namespace tessera::server {
@@ -53,28 +54,29 @@ class SingleFlight {
   }
 
   /// Returns the value. Who asks while another thread makes it waits, no longer than making it here would take: that
-  /// thread is at work, and waits for nobody. Throws what `make` throws, and `Abandoned` once `abandoned` is requested,
-  /// while `make` goes on as long as others wait.
+  /// thread is at work, and waits for nobody. In the quick lane nobody waits, but throws TooHeavy. Throws what `make`
+  /// throws, and `Abandoned` once `abandoned` is requested, while `make` goes on as long as others wait.
   Value get(const std::string& key, const Make& make, const std::stop_token& abandoned) {
-    struct Waiter {
-      std::mutex mutex;
-      std::condition_variable_any changed;
-      bool answered = false;
-    };
-    const auto waiter = std::make_shared<Waiter>();  // Told even when the one who waits has gone.
-    const Joined joined = join(key, [waiter](const Answer&, bool) {
-      const std::lock_guard lock(waiter->mutex);
-      waiter->answered = true;
-      waiter->changed.notify_one();
-    });
-    if (joined.kept) return *joined.kept;
-    const std::stop_callback leaving(abandoned, [&] { leave(key, joined.flight); });
-    if (joined.first) fly(key, joined.flight, make);
-    std::unique_lock lock(waiter->mutex);
-    if (!waiter->changed.wait(lock, abandoned, [&] { return waiter->answered; })) throw proto::Abandoned();
-    const Answer& answer = joined.flight->answer;
-    if (answer.error) std::rethrow_exception(answer.error);
-    return *answer.value;
+    for (;;) {
+      const auto waiter = std::make_shared<Waiter>();  // Told even when the one who waits has gone.
+      const Joined joined = join(key, [waiter](const Answer&, bool) {
+        const std::lock_guard lock(waiter->mutex);
+        waiter->answered = true;
+        waiter->changed.notify_one();
+      });
+      if (joined.kept) return *joined.kept;
+      const std::stop_callback leaving(abandoned, [&] { leave(key, joined.flight); });
+      if (joined.first) fly(key, joined.flight, make);
+      std::unique_lock lock(waiter->mutex);
+      if (!waiter->changed.wait(lock, abandoned, [&] { return waiter->answered; })) throw proto::Abandoned();
+      const Answer& answer = joined.flight->answer;
+      if (!answer.error) return *answer.value;
+      try {
+        std::rethrow_exception(answer.error);
+      } catch (const TooHeavy&) {  // For the lane of who made it; here it is made anew.
+        if (joined.first) throw;
+      }
+    }
   }
 
   /// The value, if it is kept.
@@ -109,6 +111,12 @@ class SingleFlight {
  private:
   using Evicted = typename Lru<Value>::Evicted;
 
+  struct Waiter {
+    std::mutex mutex;
+    std::condition_variable_any changed;
+    bool answered = false;
+  };
+
   /// A value in the making.
   struct Flight {
     std::vector<Done> asked;  ///< Who has to be told, the one first who makes it.
@@ -129,6 +137,7 @@ class SingleFlight {
     const std::lock_guard lock(mutex_);
     if (auto kept = kept_.find(key)) return {std::move(kept), nullptr};
     if (const auto found = flights_.find(key); found != flights_.end()) {
+      if (FileBudget::is_limited()) throw TooHeavy{};
       found->second->asked.push_back(done);
       ++found->second->wanted;
       return {std::nullopt, found->second};

@@ -12,8 +12,11 @@ using Act = void (Client::*)(const std::string& id) const;
 void add(CLI::App& tool, Session& session, const char* name, const char* description, Act act) {
   CLI::App* command = tool.add_subcommand(name, description);
   const auto id = std::make_shared<std::string>();
-  command->add_option("ID", *id, "The job")->required();
-  command->callback([id, act, &session] { (session.client().*act)(*id); });
+  add_job_argument(*command, *id);
+  command->callback([id, act, &session] {
+    const Client client = session.client();
+    (client.*act)(client.find_job(*id));
+  });
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
 #include <algorithm>
-#include <iostream>
+#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "client/columns.h"
 #include "client/commands/commands.h"
 #include "client/commands/print_tree.h"
 
@@ -37,17 +38,14 @@ std::string summary_of(const json& option) {
   return preset.is_array() ? summary : summary + " [" + joined(json::array({preset})) + ']';
 }
 
-void print_accel(const json& kinds) {
-  std::cout << "accel\n";
+void print_accel(Session& session, const json& kinds) {
+  session.print("accel");
   for (const json& row : kinds) {
-    std::cout << "  " << row.value("kind", "") << ": " << row.value("summary", "") << "\n";
+    session.print("  " + row.value("kind", "") + ": " + row.value("summary", ""));
     const json options = row.value("options", json::array());
     std::size_t width = 0;
-    for (const json& option : options) width = std::max(width, form_of(option).size());
-    for (const json& option : options) {
-      const std::string form = form_of(option);
-      std::cout << "    " << form << std::string(width + 2 - form.size(), ' ') << summary_of(option) << "\n";
-    }
+    for (const json& option : options) width = std::max(width, columns_of(form_of(option)));
+    for (const json& option : options) session.print("    " + padded(form_of(option), width + 2) + summary_of(option));
   }
 }
 
@@ -57,13 +55,10 @@ void add_capabilities(CLI::App& tool, Session& session) {
   CLI::App* command = tool.add_subcommand("capabilities", "Print what the server can do, and what --accel takes");
   command->callback([&session] {
     json answer = session.client().capabilities();
-    if (session.json) {
-      std::cout << answer.dump(2) << "\n";
-      return;
-    }
-    print_accel(answer.value("accel", json::array()));
+    if (session.json) return session.print_json(answer);
+    print_accel(session, answer.value("accel", json::array()));
     answer.erase("accel");
-    print_tree(answer);
+    print_tree(session, answer);
   });
 }
 

@@ -18,7 +18,7 @@ struct Fetch {
 void add_fetch(CLI::App& tool, Session& session) {
   CLI::App* command = tool.add_subcommand("fetch", "Write a job's image to a file");
   const auto fetch = std::make_shared<Fetch>();
-  command->add_option("ID", fetch->id, "The job")->required();
+  add_job_argument(*command, fetch->id);
   fetch->image.add_to(*command);
   command->get_option("--output")->required();
   command->add_option("--aov", fetch->image.image.aov,
@@ -26,7 +26,8 @@ void add_fetch(CLI::App& tool, Session& session) {
   command->add_flag("--partial", fetch->image.image.partial, "What is there so far, if the job still renders");
   command->callback([fetch, &session] {
     fetch->image.check();
-    fetch->image.save(session.client(), fetch->id);
+    const Client client = session.client();
+    fetch->image.save(client, client.find_job(fetch->id));
   });
 }
 

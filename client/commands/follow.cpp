@@ -1,6 +1,5 @@
 #include "client/commands/follow.h"
 
-#include <iostream>
 #include <optional>
 
 #include <nlohmann/json.hpp>
@@ -22,19 +21,22 @@ std::optional<double> mrays_per_second(const Client& client, const std::string& 
 }  // namespace
 
 proto::JobStatus follow(Session& session, const std::string& id) {
+  session.on_interrupt("job " + id + " goes on; 'tessera cancel " + id + "' ends it", id);
   const Client client = session.client();
   proto::JobStatus status;
   {
     ProgressBar bar(stderr);
     status = client.watch(id, [&](const proto::JobStatus& now) {
+      if (session.json && !bar.is_on_terminal()) return;
       const bool has_speed = bar.is_on_terminal() && now.samples_done > 0;
       bar.show(now, has_speed ? mrays_per_second(client, id) : std::nullopt);
     });
   }
+  session.on_interrupt("");
   if (status.state != proto::JobState::completed) {
-    session.exit_code = ExitCode::job_did_not_complete;
-    std::cerr << "job " << id << " " << proto::name(status.state);
-    std::cerr << (status.error.empty() ? "" : ": " + status.error) << "\n";
+    const std::string why = status.error.empty() ? "" : ": " + status.error;
+    session.fail(ExitCode::job_did_not_complete, "job " + id + ' ' + std::string(proto::name(status.state)) + why,
+                 {{"job", id}});
   }
   return status;
 }

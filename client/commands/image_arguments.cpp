@@ -7,7 +7,9 @@
 #include <utility>
 
 #include <CLI/CLI.hpp>
+#include <unistd.h>
 
+#include "client/failure.h"
 #include "client/output_file.h"
 
 namespace tessera::client {
@@ -28,17 +30,26 @@ std::string format_by_ending(const std::string& output) {
 }  // namespace
 
 void ImageArguments::add_to(CLI::App& command) {
-  command.add_option("-o,--output", output, "The image file")->capture_default_str();
+  command.add_option("-o,--output", output, "The image file, or - for stdout")->capture_default_str();
   command.add_option("--format", image.format, "png, jpeg, exr or hdr; by the output's ending when not given");
 }
 
 void ImageArguments::check() {
+  if (is_stdout()) {
+    if (image.format.empty()) image.format = "png";
+    if (isatty(STDOUT_FILENO) != 0)
+      throw CLI::ValidationError("-o", "an image is nothing for a terminal: redirect stdout, or name a file");
+    return;
+  }
   if (image.format.empty()) image.format = format_by_ending(output);
   expect_writable(output);
 }
 
 void ImageArguments::save(const Client& client, const std::string& id) const {
-  write_atomically(output, client.fetch(id, image));
+  const std::string bytes = client.fetch(id, image);
+  if (!is_stdout()) return write_atomically(output, bytes);
+  if (const std::error_code error = write_to_stdout(bytes))
+    throw Failure(Failure::Kind::local_file, "can't write the image to stdout: " + error.message());
 }
 
 }  // namespace tessera::client

@@ -10,18 +10,20 @@ class App;
 
 namespace tessera::client {
 
-/// Where an image goes and in which format, as `render` and `fetch` take it.
+/// Where an image goes and in which format, as `render` and `fetch` take it: a file, or "-" for stdout.
 struct ImageArguments {
   std::string output;
   ImageRequest image{.format = ""};
 
   void add_to(CLI::App& command);
 
-  /// Settles the format by the output's ending when none is given, and makes sure that the output can be written:
-  /// both are better known before a long wait. Throws `CLI::ValidationError`, `Failure`.
+  bool is_stdout() const { return output == "-"; }
+
+  /// Settles the format by the output's ending when none is given, PNG for stdout, and makes sure that the output can
+  /// be written and isn't a terminal: better known before a long wait. Throws `CLI::ValidationError`, `Failure`.
   void check();
 
-  /// Fetches the image and writes it, whole or not at all.
+  /// Fetches the image and writes it, into a file whole or not at all.
   void save(const Client& client, const std::string& id) const;
 };
 

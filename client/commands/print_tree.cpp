@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <iostream>
 #include <string>
 
 #include <nlohmann/json.hpp>
+
+#include "client/columns.h"
 
 namespace tessera::client {
 namespace {
@@ -24,7 +25,7 @@ std::string plain(const json& value) {
     for (const json& word : value) list += (list.empty() ? "" : ", ") + word.get<std::string>();
     return list.empty() ? "none" : list;
   }
-  if (!value.is_number_float()) return value.dump();
+  if (!value.is_number_float()) return value.dump(-1, ' ', false, json::error_handler_t::replace);
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value.get<double>());
   return text;
@@ -32,24 +33,23 @@ std::string plain(const json& value) {
 
 }  // namespace
 
-void print_tree(const json& tree, std::size_t indent) {
+void print_tree(Session& session, const json& tree, std::size_t indent) {
   const std::string margin(indent, ' ');
   if (tree.is_array()) {
     for (const json& item : tree) {
-      print_tree(item, indent);
-      std::cout << "\n";
+      print_tree(session, item, indent);
+      session.print("");
     }
     return;
   }
   std::size_t width = 0;
-  for (const auto& [name, value] : tree.items()) width = std::max(width, name.size());
+  for (const auto& [name, value] : tree.items()) width = std::max(width, columns_of(name));
   for (const auto& [name, value] : tree.items()) {
-    std::cout << margin << name;
     if (is_block(value)) {
-      std::cout << "\n";
-      print_tree(value, indent + 2);
+      session.print(margin + name);
+      print_tree(session, value, indent + 2);
     } else {
-      std::cout << std::string(width + 2 - name.size(), ' ') << plain(value) << "\n";
+      session.print(margin + padded(name, width + 2) + plain(value));
     }
   }
 }

@@ -2,11 +2,11 @@
 
 #include <cstddef>
 
-#include <nlohmann/json_fwd.hpp>
+#include "client/commands/session.h"
 
 namespace tessera::client {
 
-/// Members as aligned "name  value" lines on stdout, deeper ones indented: whatever a server tells, readable.
-void print_tree(const nlohmann::json& tree, std::size_t indent = 0);
+/// Adds members to the answer as aligned "name  value" lines, deeper ones indented: whatever a server tells, readable.
+void print_tree(Session& session, const nlohmann::json& tree, std::size_t indent = 0);
 
 }  // namespace tessera::client

@@ -1,5 +1,5 @@
-#include <iostream>
 #include <memory>
+#include <string>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -8,6 +8,7 @@
 #include "client/commands/follow.h"
 #include "client/commands/image_arguments.h"
 #include "client/commands/scene_arguments.h"
+#include "client/failure.h"
 #include "client/progress_bar.h"
 
 namespace tessera::client {
@@ -16,31 +17,68 @@ namespace {
 struct Render {
   SceneArguments scene;
   ImageArguments image{.output = "out.png"};
+  bool keep = false;
 
-  void run(Session& session) {
-    image.check();
-    if (image.image.format == "exr" && !scene.options.aovs.empty()) image.image.aov = "all";
-    const Client client = session.client();
-    const proto::JobStatus submitted = scene.submit(client);
-    std::cerr << "job " << submitted.id << "\n";
-    const proto::JobStatus ended = follow(session, submitted.id);
-    if (ended.state != proto::JobState::completed) return;
-    image.save(client, ended.id);
-    if (image.image.aov.empty() && !scene.options.aovs.empty())
-      std::cerr << "note: " << image.output << " holds the colour; 'tessera fetch " << ended.id
-                << " --aov NAME -o FILE' writes a plane\n";
-    report(session, ended);
+  void run(Session& session) const {
+    ImageArguments output = image;
+    output.check();
+    if (output.image.format == "exr" && !scene.options.aovs.empty()) output.image.aov = "all";
+    const std::string id = scene.submit(session).id;
+    if (!session.json) session.tell("job " + id);
+
+    const proto::JobStatus ended = follow(session, id);
+    bool is_kept = keep;
+    if (ended.state == proto::JobState::completed) {
+      save(session, output, id);
+      is_kept |= tell_what_is_left(session, output, id);
+    }
+    if (!is_kept) is_kept = !remove(session, id);
+    if (ended.state == proto::JobState::completed) report(session, output, ended, is_kept);
   }
 
-  void report(const Session& session, const proto::JobStatus& job) const {
+  static void save(const Session& session, const ImageArguments& output, const std::string& id) {
+    const std::string is_there = "job " + id + " is kept; 'tessera fetch " + id + " -o FILE' writes its image";
+    session.on_interrupt(is_there, id);
+    try {
+      output.save(session.client(), id);
+    } catch (const Failure&) {
+      session.note(is_there);
+      throw;
+    }
+    session.on_interrupt("");
+  }
+
+  /// Says what the job holds beside the image; whether there is such.
+  bool tell_what_is_left(const Session& session, const ImageArguments& output, const std::string& id) const {
+    const bool has_planes = output.image.aov.empty() && !scene.options.aovs.empty();
+    const bool has_counts = scene.options.count_tests;
+    if (has_planes)
+      session.note(output.output + " holds the colour; 'tessera fetch " + id + " --aov NAME -o FILE' writes a plane");
+    if (has_counts) session.note("'tessera stats " + id + "' tells the tests");
+    if ((has_planes || has_counts) && !keep)
+      session.note("job " + id + " is kept for that; 'tessera delete " + id + "' removes it");
+    return has_planes || has_counts;
+  }
+
+  /// Whether the job is gone.
+  static bool remove(const Session& session, const std::string& id) try {
+    session.client().remove(id);
+    return true;
+  } catch (const Failure& failure) {
+    session.note("job " + id + " stays on the server: " + failure.what());
+    return false;
+  }
+
+  static void report(Session& session, const ImageArguments& output, const proto::JobStatus& job, bool is_kept) {
     if (session.json) {
       nlohmann::json answer = proto::to_json(job);
-      answer["image"] = image.output;
-      std::cout << answer.dump(2) << "\n";
-      return;
+      answer["image"] = output.output;
+      answer["kept"] = is_kept;
+      return output.is_stdout() ? session.tell_json(answer) : session.print_json(answer);
     }
-    std::cout << image.output << ": " << job.width << "x" << job.height << " in " << format_duration(job.elapsed)
-              << "\n";
+    const std::string line = output.output + ": " + std::to_string(job.width) + 'x' + std::to_string(job.height) +
+                             " in " + format_duration(job.elapsed);
+    output.is_stdout() ? session.tell(line) : session.print(line);
   }
 };
 
@@ -51,6 +89,7 @@ void add_render(CLI::App& tool, Session& session) {
   const auto render = std::make_shared<Render>();
   render->scene.add_to(*command);
   render->image.add_to(*command);
+  command->add_flag("--keep", render->keep, "Leave the job on the server, for fetch, plan and stats");
   command->callback([render, &session] { render->run(session); });
 }
 

@@ -1,7 +1,8 @@
 #include "client/commands/scene_arguments.h"
 
 #include <algorithm>
-#include <iostream>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -26,14 +27,14 @@ std::vector<proto::FieldError> with_paths_for_hashes(std::vector<proto::FieldErr
 
 /// Tells the first few of a job's warnings, which may be as many as a mesh has broken triangles. The job runs whether
 /// they can be had or not.
-void print_warnings(const Client& client, const proto::JobStatus& job, const std::vector<LocalFile>& files) try {
+void tell_warnings(const Session& session, const proto::JobStatus& job, const std::vector<LocalFile>& files) try {
   constexpr std::size_t kMost = 10;
-  const std::vector<proto::FieldError> warnings = with_paths_for_hashes(client.warnings(job.scene), files);
-  for (std::size_t i = 0; i < std::min(kMost, warnings.size()); ++i)
-    std::cerr << "warning: " << warnings[i].pointer << ": " << warnings[i].detail << "\n";
-  if (warnings.size() > kMost) std::cerr << "warning: and " << warnings.size() - kMost << " more\n";
+  const std::vector<proto::FieldError> warnings = with_paths_for_hashes(session.client().warnings(job.scene), files);
+  for (std::size_t i = 0; i < std::min(kMost, warnings.size()); ++i) session.warn(warnings[i]);
+  if (warnings.size() > kMost) session.note("there are " + std::to_string(warnings.size() - kMost) + " more warnings");
 } catch (const Failure& failure) {
-  std::cerr << "warning: there are " << job.warnings << ", which the server doesn't tell: " << failure.what() << "\n";
+  session.note("there are " + std::to_string(job.warnings) +
+               " warnings, which the server doesn't tell: " + failure.what());
 }
 
 }  // namespace
@@ -75,22 +76,30 @@ void SceneArguments::add_to(CLI::App& command) {
       ->delimiter(',')
       ->allow_extra_args(false);
   command.add_flag("--count-tests", options.count_tests, "Count what rays are tested against, for 'tessera stats'");
+  command.add_flag("--allow-outside", allow_outside, "Upload files from outside the document's folder, too");
   command.add_option("--name", options.name, "The job's name in listings; the file's by default");
 }
 
-proto::JobStatus SceneArguments::submit(const Client& client) const {
+proto::JobStatus SceneArguments::submit(const Session& session) const {
+  session.on_interrupt("");
   nlohmann::json job = job_document(scene, options);
-  const NamedFiles files = name_files_by_content(job, folder_of(scene));
+  const NamedFiles files =
+      name_files_by_content(job, {.folder = folder_of(scene), .scene = scene, .allow_outside = allow_outside});
+  for (const std::string& note : files.notes) session.note(note);
+  const Client client = session.client();
   try {
     for (const LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
+    session.on_interrupt("the server may have taken the job; 'tessera list' shows it then");
     const proto::JobStatus status = client.submit(job);
-    if (status.warnings > 0) print_warnings(client, status, files.to_upload);
+    session.on_interrupt("job " + status.id + " goes on; 'tessera cancel " + status.id + "' ends it", status.id);
+    if (status.warnings > 0) tell_warnings(session, status, files.to_upload);
     return status;
   } catch (const Failure& failure) {
     if (failure.kind() != Failure::Kind::refused) throw;
     for (const std::string& path : files.left_to_server)
-      std::cerr << "note: there is no file " << path << " here; it was left to the server to find\n";
-    throw Failure(failure.kind(), failure.what(), with_paths_for_hashes(failure.errors(), files.to_upload));
+      session.note("there is no file " + path + " here; it was left to the server to find");
+    throw Failure(failure.kind(), failure.what(), with_paths_for_hashes(failure.errors(), files.to_upload),
+                  failure.code());
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "client/client.h"
+#include "client/commands/session.h"
 #include "client/job_document.h"
 
 namespace CLI {
@@ -15,11 +15,12 @@ namespace tessera::client {
 struct SceneArguments {
   std::string scene;
   JobOptions options;
+  bool allow_outside = false;
 
   void add_to(CLI::App& command);
 
   /// Uploads the files that the scene names, then submits the job; tells the scene's warnings on stderr.
-  proto::JobStatus submit(const Client& client) const;
+  proto::JobStatus submit(const Session& session) const;
 };
 
 }  // namespace tessera::client

@@ -1,4 +1,3 @@
-#include <iostream>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -14,8 +13,8 @@ void add_submit(CLI::App& tool, Session& session) {
   const auto scene = std::make_shared<SceneArguments>();
   scene->add_to(*command);
   command->callback([scene, &session] {
-    const proto::JobStatus job = scene->submit(session.client());
-    std::cout << (session.json ? proto::to_json(job).dump(2) : job.id) << "\n";
+    const proto::JobStatus job = scene->submit(session);
+    session.json ? session.print_json(proto::to_json(job)) : session.print(job.id);
   });
 }
 

@@ -1,4 +1,3 @@
-#include <iostream>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -12,10 +11,10 @@ namespace tessera::client {
 void add_watch(CLI::App& tool, Session& session) {
   CLI::App* command = tool.add_subcommand("watch", "Show a job's progress until it has ended");
   const auto id = std::make_shared<std::string>();
-  command->add_option("ID", *id, "The job")->required();
+  add_job_argument(*command, *id);
   command->callback([id, &session] {
-    const proto::JobStatus job = follow(session, *id);
-    if (session.json) std::cout << proto::to_json(job).dump(2) << "\n";
+    const proto::JobStatus job = follow(session, session.client().find_job(*id));
+    if (session.json) session.print_json(proto::to_json(job));
   });
 }
 

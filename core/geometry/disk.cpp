@@ -42,9 +42,10 @@ SurfacePoint surface(const Disk& disk, const Ray& ray, float t) {
   const Vec3d in_plane = found - (dot(n, found) / dot(n, n)) * n;
   const Vec3d normal = n / length(n);
 
-  // in_plane and its sum with the centre round to 6·ε·(|center| + r).
-  const double r = disk.radius;
-  const Vec3d error = (16 * kDoubleRoundoff) * (abs(center) + Vec3d{r, r, r});
+  // What lies along the normal n̂ (unit) counts: n·found rounds by 4·ε·Σ|nᵢ·foundᵢ|, in_plane and its sum with the
+  // centre by 2·ε of either. In all less than 6·ε·Σ|n̂ᵢ|·(|centerᵢ| + |in_planeᵢ|), which is a sum over axes. So is
+  // what the next ray's n·to_center rounds by.
+  const Vec3d error = (16 * kDoubleRoundoff) * (abs(center) + abs(in_plane));
   return {center + in_plane, error, normal, normal};
 }
 

@@ -10,6 +10,9 @@ struct SurfacePoint {
   Vec3d error;             ///< ≥ 0; bounds |position − exact surface| per axis.
   Vec3d geometric_normal;  ///< Unit; outward of solids, counter-clockwise face of flat shapes.
   Vec3d shading_normal;    ///< Unit, on the geometric normal's side; another only on meshes with vertex normals.
+  /// From `position` to the smooth surface that vertex normals stand for, where that lies farther out on the side the
+  /// ray came from: never into the surface. Zero without vertex normals.
+  Vec3d to_smooth{};
 };
 
 }  // namespace tessera

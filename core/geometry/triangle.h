@@ -82,13 +82,29 @@ inline std::optional<TriangleWeights> crossing(const TriangleRay& ray, Vec3d pa,
   return w;
 }
 
+/// Below this a hit's depth, times the sum of the weights, may have the wrong sign. With l, z and ε as for `crossing`,
+/// three weights that are off by 40·ε·l·(l + z) each make it wrong by 120·ε·l·(l + z)·z, its own roundings by
+/// 32·ε·l²·z.
+inline double depth_limit(Vec3d pa, Vec3d pb, Vec3d pc) {
+  const Vec3d size = max(abs(pa), max(abs(pb), abs(pc)));
+  const double across = std::max(size.x, size.y);
+  return 0x1p-45 * across * (across + size.z) * size.z;
+}
+
+/// The t of a hit, exact but for some roundings, however near the triangle's plane the origin lies. One below 0 may be
+/// told as 0, which is as good for rays that begin there or later. `sum` is that of the weights.
+double exact_t(const TriangleRay& ray, double sum, Vec3 a, Vec3 b, Vec3 c);
+
 /// t where the ray meets the triangle, edges and corners included, either side, within the ray's open interval.
 /// Triangles of no area, or seen exactly edge-on, are missed; so is everything by a ray with a NaN.
 inline std::optional<float> intersect_triangle(const TriangleRay& ray, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3d pa = ray.see(a), pb = ray.see(b), pc = ray.see(c);
   const auto w = crossing(ray, pa, pb, pc, a, b, c);
   if (!w) return std::nullopt;
-  const auto t = static_cast<float>((w->a * pa.z + w->b * pb.z + w->c * pc.z) / (w->sum() * ray.scale_z()));
+  const double depth = w->a * pa.z + w->b * pb.z + w->c * pc.z;
+  auto t = static_cast<float>(depth / (w->sum() * ray.scale_z()));
+  if (std::abs(depth) <= depth_limit(pa, pb, pc)) [[unlikely]]
+    t = static_cast<float>(exact_t(ray, w->sum(), a, b, c));
   if (!(t > ray.ray().t_min && t < ray.ray().t_max)) return std::nullopt;
   return t;
 }

@@ -1,45 +1,71 @@
 #include "core/integrator/direct_light.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/integrator/spawn.h"
 #include "core/light/illuminate.h"
 #include "core/material/shade.h"
 
 namespace tessera {
+namespace {
 
-DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log, std::stop_token stop)
-    : scene_(scene),
-      accel_(accel),
+/// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
+constexpr float kJustBeyond = 1 + 0x1p-10F;
+
+/// Whether the material sends light of lights on.
+bool scatters(const Material& material) { return !material.diffuse.is_black() || !material.specular.is_black(); }
+
+}  // namespace
+
+DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log)
+    : accel_(accel),
       counts_(counts),
       log_(log),
-      stop_(std::move(stop)),
       casts_shadows_(std::ranges::any_of(
           scene.lights, [](const Light& light) { return !std::holds_alternative<AmbientLight>(light); })) {}
 
-void DirectLight::add(std::span<const LitPoint> points, std::span<Rgb> sums) {
-  for (const Light& light : scene_.lights)
-    std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
+void DirectLight::add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+  std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
+}
+
+void DirectLight::begin(std::span<const LitPoint> points) {
+  if (!casts_shadows_) return;
+  rays_.clear();
+  starts_.clear();
+  bridged_.clear();
+  for (const LitPoint& point : points) {
+    starts_.push_back(point.smooth_origin);
+    if (point.smooth_origin == point.origin || !scatters(*point.material)) continue;
+    const Vec3 way = to_float(to_double(point.smooth_origin) - to_double(point.origin));
+    rays_.push_back({point.origin, way, 0, kJustBeyond, left_by(way, point.flat_normal, point.surface)});
+    bridged_.push_back(starts_.size() - 1);
+  }
+  if (rays_.empty()) return;
+  counts_.shadow += rays_.size();
+  hidden_.resize(rays_.size());
+  accel_.occluded(rays_, hidden_, log_);
+  for (std::size_t i = 0; i < rays_.size(); ++i)
+    if (hidden_[i]) starts_[bridged_[i]] = points[bridged_[i]].origin;
 }
 
 void DirectLight::add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   for (const LitPoint& point : points) sums[point.sum] = sums[point.sum] + point.material->diffuse * light.radiance;
 }
 
-template <typename Light>
-void DirectLight::add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+template <typename Source>
+void DirectLight::add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   rays_.clear();
   lit_.clear();
-  for (const LitPoint& point : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LitPoint& point = points[i];
     const Illumination in = illuminate(light, point.origin);
     const Rgb lit = shade(*point.material, point.normal, point.to_viewer, in.to_light, in.irradiance);
     if (lit.is_black()) continue;
-    rays_.push_back(in.shadow_ray);
-    rays_.back().leaves = left_by(in.shadow_ray.direction, point.flat_normal, point.surface);
+    rays_.push_back(shadow_ray(light, starts_[i]));
+    rays_.back().leaves = left_by(rays_.back().direction, point.flat_normal, point.surface);
     lit_.push_back({lit, point.sum});
   }
-  if (rays_.empty() || stop_.stop_requested()) return;
+  if (rays_.empty()) return;
   counts_.shadow += rays_.size();
   hidden_.resize(rays_.size());
   trace(light);

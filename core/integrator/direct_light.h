@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <span>
-#include <stop_token>
 #include <vector>
 
 #include "core/accel/accel.h"
@@ -15,9 +14,9 @@ namespace tessera {
 /// A point whose light is asked for.
 struct LitPoint {
   const Material* material;
-  /// Of its shadow rays: beside the surface, on the viewer's side. This and what follows isn't read unless lights cast
-  /// shadows.
+  /// Beside the surface, on the viewer's side. This and what follows isn't read unless lights cast shadows.
   Vec3 origin;
+  Vec3 smooth_origin;  ///< The same of the smooth surface that a mesh's normals stand for; `origin` without any.
   PrimitiveId surface;
   Vec3 flat_normal;   ///< Unit, on the viewer's side.
   Vec3 normal;        ///< Unit, on the viewer's side.
@@ -26,22 +25,26 @@ struct LitPoint {
 };
 
 /// What arrives at points straight from the lights, and leaves towards the viewer. All the shadow rays to a light are
-/// traced at once. For one thread: it keeps its memory from call to call.
+/// traced at once. For one thread at a time: it keeps its memory from call to call.
 class DirectLight {
  public:
-  DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log, std::stop_token stop);
+  DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log);
 
   /// Whether any light can be hidden.
   bool casts_shadows() const { return casts_shadows_; }
 
-  /// Adds radiance (W/(sr m²)) to the points' sums, light by light as the scene has them. Once a stop is requested, no
-  /// further ray is traced, and the sums mean nothing.
-  void add(std::span<const LitPoint> points, std::span<Rgb> sums);
+  /// To be called before `add` is for these points. Finds where their shadow rays start: on the smooth surface, so that
+  /// a mesh's faces don't hide its lit side from light that grazes it; but on the mesh where something stands in between,
+  /// so that no light leaks through it.
+  void begin(std::span<const LitPoint> points);
+
+  /// Adds the radiance (W/(sr m²)) that comes from one light of the scene to the points' sums.
+  void add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
 
  private:
   void add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums);
-  template <typename Light>
-  void add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
+  template <typename Source>
+  void add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums);
   void trace(const PointLight& light);
   void trace(const DirectionalLight& light);
 
@@ -51,12 +54,12 @@ class DirectLight {
     std::uint32_t sum;
   };
 
-  const Scene& scene_;
   const Accel& accel_;
   RayCounts& counts_;
   TraceLog log_;
-  std::stop_token stop_;
   bool casts_shadows_;
+  std::vector<Vec3> starts_;          ///< For each point.
+  std::vector<std::size_t> bridged_;  ///< The points whose two origins a ray was traced between.
   std::vector<Ray> rays_;
   std::vector<Lit> lit_;  ///< For each ray.
   std::vector<std::uint8_t> hidden_;

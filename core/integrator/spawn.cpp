@@ -37,20 +37,20 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
   world.position = placement.point_to_world(local.position);
   // The local error, carried over, and the float rounding of the next ray's way back into local space.
   const auto& rows = placement.rows();
-  const Transform::Error e = placement.error();
-  const double back = 8 * kUnitRoundoff * (e.condition * max_component(abs(world.position)) + e.offset);
+  const Vec3d back = placement.origin_error(world.position);
   for (int i = 0; i < 3; ++i) {
     const Vec3d row{rows[i * 4], rows[i * 4 + 1], rows[i * 4 + 2]};
-    world.error[i] = dot(abs(row), local.error) + back;
+    world.error[i] = dot(abs(row), local.error) + back[i];
+    world.to_smooth[i] = dot(row, local.to_smooth);
   }
   world.geometric_normal = normal_to_world(placement, local.geometric_normal);
   world.shading_normal = normal_to_world(placement, local.shading_normal);
   return world;
 }
 
-Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward) {
+Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away) {
   const Vec3d n = dot(from.geometric_normal, toward) < 0 ? -from.geometric_normal : from.geometric_normal;
-  const Vec3d moved = from.position + n * (2 * dot(abs(n), from.error));
+  const Vec3d moved = from.position + n * (2 * dot(abs(n), from.error)) + away;
   Vec3 origin = to_float(moved);
   for (int i = 0; i < 3; ++i) {
     const float sign = std::copysign(1.0F, static_cast<float>(n[i]));

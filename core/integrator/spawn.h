@@ -11,8 +11,9 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
 
 /// A float origin beside the surface, on the side that `toward` points to, so far off that a ray from it never meets
 /// the surface it left: the point is moved along the normal by twice its error bound, then each coordinate is
-/// rounded away from the surface (after Pharr, Jakob & Humphreys, PBRT 4th ed., 6.8.6).
-Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward);
+/// rounded away from the surface (after Pharr, Jakob & Humphreys, PBRT 4th ed., 6.8.6). It may be `away` from the
+/// surface, on that side, before.
+Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away = {});
 
 /// What a ray leaves that starts at `spawn_origin` on the side of `normal` (unit), for `Ray::leaves`.
 PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface);

@@ -1,6 +1,7 @@
 #include "core/integrator/whitted.h"
 
-#include <utility>
+#include <algorithm>
+#include <cmath>
 
 #include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
@@ -9,41 +10,96 @@
 namespace tessera {
 namespace {
 
+constexpr std::size_t kMirrored = 0, kRefracted = 1;
+
 Ray leaving(Vec3 origin, Vec3 direction, Vec3 normal, PrimitiveId surface) {
   return {origin, direction, 0, kInfinity, left_by(direction, normal, surface)};
 }
 
+float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
+
+/// The first one's part of the rays that two branches may lead to. What a branch loses falls with the rays that it
+/// gets, and weighs what the branch weighs: the sum of both is smallest where they share by the roots of the weights.
+/// An eighth is for the lesser one in any case, so that no ray is missing down to a depth of 5.
+std::uint32_t share(std::uint32_t rays, Rgb first_weight, Rgb second_weight) {
+  const float first = std::sqrt(largest(first_weight)), second = std::sqrt(largest(second_weight));
+  const float part = std::clamp(first / (first + second), 0.125F, 0.875F);
+  return static_cast<std::uint32_t>(static_cast<float>(rays) * part + 0.5F);
+}
+
 }  // namespace
 
-Whitted::Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log,
-                 std::stop_token stop)
+Whitted::Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log)
     : scene_(scene),
       accel_(accel),
       max_depth_(max_depth),
       counts_(counts),
       log_(log),
-      stop_(std::move(stop)),
-      direct_light_(scene, accel, counts, log, stop_) {}
+      direct_light_(scene, accel, counts, log) {}
 
-void Whitted::radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out, std::uint32_t depth) {
-  if (levels_.size() < depth) levels_.emplace_back();
-  Level& level = levels_[depth - 1];
+void Whitted::begin(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
+  if (camera_chains_.size() < rays.size()) camera_chains_.resize(rays.size());
+  depth_ = 0;
+  enter(rays, hits, {camera_chains_.data(), rays.size()}, out);
+}
+
+bool Whitted::go_on() {
+  while (depth_ > 0) {
+    Level& level = levels_[depth_ - 1];
+    if (level.next_light < scene_.lights.size()) {
+      if (level.next_light == 0) direct_light_.begin(level.points);
+      direct_light_.add(scene_.lights[level.next_light++], level.points, level.sums);
+      return true;
+    }
+    if (level.next_spawned < level.spawned.size()) {
+      Spawned& spawned = level.spawned[level.next_spawned++];
+      if (spawned.rays.empty()) continue;
+      (&spawned == &level.spawned[kMirrored] ? counts_.reflection : counts_.refraction) += spawned.rays.size();
+      trace(spawned);
+      return true;
+    }
+    leave();
+  }
+  return false;
+}
+
+void Whitted::radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
+  begin(rays, hits, out);
+  while (go_on()) {
+  }
+}
+
+/// Begins a batch of the next depth.
+void Whitted::enter(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const Chain> chains,
+                    std::span<Rgb> out) {
+  if (levels_.size() == depth_) levels_.emplace_back();
+  Level& level = levels_[depth_++];
+  level.sums = out;
   level.points.clear();
-  level.reflected.clear();
-  level.refracted.clear();
+  level.next_light = level.next_spawned = 0;
+  for (Spawned& spawned : level.spawned) spawned.clear();
   for (std::uint32_t i = 0; i < rays.size(); ++i) {
     const bool is_hit = hits[i].t < kInfinity;
     out[i] = is_hit ? Rgb() : scene_.background;
-    if (is_hit) shade_hit(rays[i], hits[i], i, depth, level);
+    if (is_hit) shade_hit(rays[i], hits[i], chains[i], i, level);
   }
-  direct_light_.add(level.points, out);
-  follow(level.reflected, out, depth, counts_.reflection);
-  follow(level.refracted, out, depth, counts_.refraction);
 }
 
-void Whitted::shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::uint32_t depth, Level& level) const {
+/// Ends the deepest batch: what its rays bring is added to the sums of those that spawned them.
+void Whitted::leave() {
+  if (--depth_ == 0) return;
+  Level& level = levels_[depth_ - 1];
+  const Spawned& spawned = level.spawned[level.next_spawned - 1];
+  for (std::size_t i = 0; i < spawned.rays.size(); ++i) {
+    Rgb& sum = level.sums[spawned.sums[i]];
+    sum = sum + spawned.weights[i] * spawned.radiance[i];
+  }
+}
+
+void Whitted::shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const {
   const Material& material = scene_.materials[scene_.objects[hit.object].material];
-  const bool spawns = depth < max_depth_ && !(material.reflect.is_black() && material.transmit.is_black());
+  const bool spawns =
+      depth_ < max_depth_ && chain.most_below > 0 && !(material.reflect.is_black() && material.transmit.is_black());
   LitPoint& point = level.points.emplace_back();
   point.material = &material;
   point.sum = sum;
@@ -51,51 +107,57 @@ void Whitted::shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::
 
   const Vec3 direction = UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   const Shading at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction);
-  point.origin = spawn_origin(at.surface, to_double(at.flat_normal));
+  point.origin = point.smooth_origin = spawn_origin(at.surface, to_double(at.flat_normal));
+  if (dot(at.surface.to_smooth, to_double(at.flat_normal)) > 0)
+    point.smooth_origin = spawn_origin(at.surface, to_double(at.flat_normal), at.surface.to_smooth);
   point.surface = {hit.object, hit.primitive};
   point.flat_normal = at.flat_normal;
   point.normal = at.normal;
   point.to_viewer = at.to_viewer;
-  if (spawns) spawn(material, at, point, level);
+  if (spawns) spawn(material, at, point, chain, level);
 }
 
-void Whitted::spawn(const Material& material, const Shading& at, const LitPoint& point, Level& level) {
+void Whitted::spawn(const Material& material, const Shading& at, const LitPoint& point, const Chain& chain,
+                    Level& level) {
   const Vec3 direction = -at.to_viewer;
   const float eta = at.entering ? material.ior : 1 / material.ior;
   const float reflected = material.fresnel ? fresnel(direction, at.normal, eta) : 1;
   const float passed = material.fresnel ? 1 - reflected : 1;
-  if (!material.reflect.is_black())
-    level.reflected.add(leaving(point.origin, mirrored(at), at.flat_normal, point.surface),
-                        material.reflect * reflected, point.sum);
-  if (!material.transmit.is_black())
-    if (const auto bent = refracted(at, eta)) {
-      const Vec3 origin = spawn_origin(at.surface, to_double(-at.flat_normal));
-      level.refracted.add(leaving(origin, *bent, -at.flat_normal, point.surface), material.transmit * passed,
-                          point.sum);
-    }
+  const Rgb mirror_weight = material.reflect * reflected, bent_weight = material.transmit * passed;
+  const auto is_cut = [&](Rgb weight) { return largest(chain.throughput * weight) < kSmallestThroughput; };
+  const bool mirrors = !is_cut(mirror_weight);
+  const auto bent = is_cut(bent_weight) ? std::nullopt : refracted(at, eta);
+
+  std::uint32_t mirrored_rays = mirrors ? chain.most_below : 0;
+  if (mirrors && bent) mirrored_rays = share(chain.most_below, mirror_weight, bent_weight);
+  const std::uint32_t bent_rays = bent ? chain.most_below - mirrored_rays : 0;
+  if (mirrored_rays > 0)
+    level.spawned[kMirrored].add(leaving(point.origin, mirrored(at), at.flat_normal, point.surface),
+                                 {chain.throughput * mirror_weight, mirrored_rays - 1}, mirror_weight, point.sum);
+  if (bent_rays > 0) {
+    const Vec3 origin = spawn_origin(at.surface, to_double(-at.flat_normal));
+    level.spawned[kRefracted].add(leaving(origin, *bent, -at.flat_normal, point.surface),
+                                  {chain.throughput * bent_weight, bent_rays - 1}, bent_weight, point.sum);
+  }
 }
 
-/// Adds what the spawned rays of a batch of depth `depth` bring back.
-void Whitted::follow(Spawned& spawned, std::span<Rgb> sums, std::uint32_t depth, std::uint64_t& count) {
-  const std::size_t size = spawned.rays.size();
-  if (size == 0 || stop_.stop_requested()) return;
-  count += size;
-  spawned.hits.resize(size);
-  spawned.radiance.resize(size);
+void Whitted::trace(Spawned& spawned) {
+  spawned.hits.resize(spawned.rays.size());
+  spawned.radiance.resize(spawned.rays.size());
   accel_.closest(spawned.rays, spawned.hits, log_);
-  radiance(spawned.rays, spawned.hits, spawned.radiance, depth + 1);
-  for (std::size_t i = 0; i < size; ++i)
-    sums[spawned.sums[i]] = sums[spawned.sums[i]] + spawned.weights[i] * spawned.radiance[i];
+  enter(spawned.rays, spawned.hits, spawned.chains, spawned.radiance);
 }
 
 void Whitted::Spawned::clear() {
   rays.clear();
+  chains.clear();
   weights.clear();
   sums.clear();
 }
 
-void Whitted::Spawned::add(const Ray& ray, Rgb weight, std::uint32_t sum) {
+void Whitted::Spawned::add(const Ray& ray, const Chain& chain, Rgb weight, std::uint32_t sum) {
   rays.push_back(ray);
+  chains.push_back(chain);
   weights.push_back(weight);
   sums.push_back(sum);
 }

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <span>
-#include <stop_token>
 #include <vector>
 
 #include "core/accel/accel.h"
@@ -18,56 +19,81 @@ struct Shading;
 
 /// Whitted's ray tracer (CACM 1980): at each hit, every light that the surface faces and that nothing hides; then,
 /// where the material asks for them, the mirrored and the refracted ray, down to `max_depth` rays in a chain. A ray
-/// that hits nothing brings the background.
+/// that hits nothing brings the background. Chains end earlier by `kSmallestThroughput` and `kMostSecondary`.
 ///
-/// Rays go in batches: what the hits of one batch ask for is traced together. Each ray's radiance is summed in the
-/// same order whatever batch it is in. For one thread: memory is kept from batch to batch.
+/// Rays go in batches: what the hits of one batch ask for is traced together, and a batch never grows. Each ray's
+/// radiance is summed in the same order whatever batch it is in. For one thread at a time: memory is kept from batch to
+/// batch.
 class Whitted {
  public:
-  /// `log` is told what is tested. Once `stop` is requested no further batch is traced, and what comes back means
-  /// nothing.
-  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log = {},
-          std::stop_token stop = {});
+  /// A secondary ray isn't traced if what it brings back would be weighed, by all surfaces between it and the camera,
+  /// with less than this in each channel (after Hall & Greenberg's adaptive tree depth, CG&A 1983). That is less than
+  /// half the last bit of a float: nothing beside what is as bright.
+  static constexpr float kSmallestThroughput = 0x1p-25F;
 
-  /// Radiance that arrives along each ray (W/(sr m²)), given what it hits; `t` is infinite where that is nothing. Spans
-  /// are of one length.
-  void radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
-    radiance(rays, hits, out, 1);
-  }
+  /// Secondary rays that one camera ray leads to, at most: weights of 1 never fade, and two branches at each of 64
+  /// surfaces don't end. A chain of single rays has room for any depth; two full branches have it for eleven.
+  static constexpr std::uint32_t kMostSecondary = 4096;
+
+  /// `log` is told what is tested.
+  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log = {});
+
+  /// Begins with a batch of camera rays, given what each hits; `t` is infinite where that is nothing. `out` is for the
+  /// radiance that arrives along each (W/(sr m²)). Spans are of one length, and stay valid until all is traced.
+  void begin(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out);
+
+  /// Goes on by one kind of ray of one batch: as many rays as `begin` was given, at most. False when nothing is left to
+  /// be done; then `out` is complete.
+  bool go_on();
+
+  /// All of it at once.
+  void radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out);
 
  private:
+  /// How a ray came about.
+  struct Chain {
+    Rgb throughput{1, 1, 1};                    ///< The product of the weights from the camera to it.
+    std::uint32_t most_below = kMostSecondary;  ///< Rays that may follow from it.
+  };
+
   /// Rays that hits ask for, and the sums that they add to.
   struct Spawned {
     void clear();
-    void add(const Ray& ray, Rgb weight, std::uint32_t sum);
+    void add(const Ray& ray, const Chain& chain, Rgb weight, std::uint32_t sum);
 
     std::vector<Ray> rays;
+    std::vector<Chain> chains;
     std::vector<Rgb> weights;
     std::vector<std::uint32_t> sums;
     std::vector<Hit> hits;
     std::vector<Rgb> radiance;
   };
 
-  /// What the batch of one depth has to remember while deeper ones are traced.
+  /// The batch of one depth, and how far it has come: lights first, then what its hits have spawned.
   struct Level {
+    std::span<Rgb> sums;
     std::vector<LitPoint> points;
-    Spawned reflected, refracted;
+    std::size_t next_light;
+    std::array<Spawned, 2> spawned;  ///< By mirrors, and by refraction.
+    std::size_t next_spawned;
   };
 
-  /// `depth` counts the rays of the chains, the camera's being 1.
-  void radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out, std::uint32_t depth);
-  void shade_hit(const Ray& ray, const Hit& hit, std::uint32_t sum, std::uint32_t depth, Level& level) const;
-  static void spawn(const Material& material, const Shading& at, const LitPoint& point, Level& level);
-  void follow(Spawned& spawned, std::span<Rgb> sums, std::uint32_t depth, std::uint64_t& count);
+  void enter(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
+  void leave();
+  void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const;
+  static void spawn(const Material& material, const Shading& at, const LitPoint& point, const Chain& chain,
+                    Level& level);
+  void trace(Spawned& spawned);
 
   const Scene& scene_;
   const Accel& accel_;
   std::uint32_t max_depth_;
   RayCounts& counts_;
   TraceLog log_;
-  std::stop_token stop_;
   DirectLight direct_light_;
-  std::deque<Level> levels_;  ///< By depth; none moves when one is added.
+  std::vector<Chain> camera_chains_;  ///< All alike.
+  std::deque<Level> levels_;          ///< By depth; none moves when one is added.
+  std::size_t depth_ = 0;             ///< Levels in use; of the rays in the last one's chains, the camera's included.
 };
 
 }  // namespace tessera

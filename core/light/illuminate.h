@@ -10,11 +10,15 @@ namespace tessera {
 struct Illumination {
   Vec3 to_light;   ///< Unit.
   Rgb irradiance;  ///< On a plane that faces the light.
-  Ray shadow_ray;  ///< Occluded exactly when something stands in between.
 };
 
-/// Black, with a shadow ray that hits nothing, when `point` is the light's own position.
+/// Black when `point` is the light's own position.
 Illumination illuminate(const PointLight& light, Vec3 point);
 Illumination illuminate(const DirectionalLight& light, Vec3 point);
+
+/// Occluded exactly when something stands between a point and the light; hits nothing when that is the light's own
+/// position.
+Ray shadow_ray(const PointLight& light, Vec3 from);
+Ray shadow_ray(const DirectionalLight& light, Vec3 from);
 
 }  // namespace tessera

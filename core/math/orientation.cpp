@@ -99,6 +99,16 @@ void add_cross(ExactSum& sum, int sign_of_term, int axis, Vec3 p, Vec3 q) {
   sum.add(-sign_of_term, p[k], q[j], 1);
 }
 
+/// det(a − o, b − o, c − o).
+ExactSum sum_of_volume(Vec3 o, Vec3 a, Vec3 b, Vec3 c) {
+  ExactSum sum;
+  add_determinant(sum, 1, a, b, c);
+  add_determinant(sum, -1, o, b, c);
+  add_determinant(sum, 1, o, a, c);
+  add_determinant(sum, -1, o, a, b);
+  return sum;
+}
+
 }  // namespace
 
 int orientation(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
@@ -112,12 +122,7 @@ int orientation(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
   // Shewchuk's bound is (7 + 56ε)·ε of the permanent, ε = 2^-53; products of three floats don't underflow a double.
   if (std::abs(volume) > permanent * 0x1p-50) return sign(volume);
 
-  ExactSum sum;
-  add_determinant(sum, 1, b, c, d);
-  add_determinant(sum, -1, a, c, d);
-  add_determinant(sum, 1, a, b, d);
-  add_determinant(sum, -1, a, b, c);
-  return sum.sign();
+  return -sum_of_volume(d, a, b, c).sign();
 }
 
 int orientation_along(int axis, Vec3 a, Vec3 b, Vec3 c) {
@@ -141,5 +146,7 @@ double turning(Vec3 origin, Vec3 direction, Vec3 p, Vec3 q) {
   add_determinant(sum, -1, direction, origin, q);
   return sum.value();
 }
+
+double volume(Vec3 origin, Vec3 a, Vec3 b, Vec3 c) { return sum_of_volume(origin, a, b, c).value(); }
 
 }  // namespace tessera

@@ -20,4 +20,8 @@ int orientation_along(int axis, Vec3 a, Vec3 b, Vec3 c);
 /// it is looked at from its end. Exact but for a last rounding: 0 only when the ray's line meets that of p and q.
 double turning(Vec3 origin, Vec3 direction, Vec3 p, Vec3 q);
 
+/// det(a − origin, b − origin, c − origin): six times the volume of the tetrahedron, positive where a, b, c run
+/// clockwise seen from the origin. Exact but for a last rounding.
+double volume(Vec3 origin, Vec3 a, Vec3 b, Vec3 c);
+
 }  // namespace tessera

@@ -103,4 +103,15 @@ Transform::Error Transform::error() const {
   return worst;
 }
 
+Vec3d Transform::origin_error(Vec3d origin) const {
+  const auto& m = world_to_local_;
+  Vec3d local;
+  for (int k = 0; k < 3; ++k)
+    local[k] = std::abs(m[k * 4] * origin.x) + std::abs(m[k * 4 + 1] * origin.y) + std::abs(m[k * 4 + 2] * origin.z) +
+               std::abs(double{m[k * 4 + 3]});
+  const auto& l = local_to_world_;
+  const double most = 8 * kUnitRoundoff;
+  return {most * dot(abs(row(l, 0)), local), most * dot(abs(row(l, 1)), local), most * dot(abs(row(l, 2)), local)};
+}
+
 }  // namespace tessera

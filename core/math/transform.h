@@ -36,6 +36,9 @@ class Transform {
   };
   Error error() const;
 
+  /// The same for a ray's origin alone, and along each axis.
+  Vec3d origin_error(Vec3d origin) const;
+
   /// Row-major 3x4, local to world, as traced.
   const std::array<double, 12>& rows() const { return local_to_world_; }
 

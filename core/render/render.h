@@ -36,8 +36,7 @@ struct TileResult {
 bool counts_tests(const Settings& settings);
 
 /// Renders tile `index` of the plan: a pure function of its arguments, safe to call from any thread. Nothing when
-/// `stop` was requested before it was done (looked at after every thousand samples, and before every batch of shadow,
-/// mirrored or refracted rays).
+/// `stop` was requested before it was done. `TileRenderer` does the same in steps.
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop = {});
 
 }  // namespace tessera

@@ -1,25 +1,152 @@
 #include "core/scene/frame_scene.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/geometry/shape_outline.h"
 #include "core/math/float_environment.h"
 #include "core/math/portable.h"
 
 namespace tessera {
+namespace {
 
-Camera frame_scene(const Scene& scene) {
+/// Of the image's smaller side.
+constexpr double kMargin = 0.04;
+
+/// How many vertices are looked at one by one, in some 10 ms; of further meshes the box is framed.
+constexpr std::size_t kMostVertices = 1'000'000;
+
+/// How far from all there is to see a camera keeps, in sizes of the scene.
+constexpr double kLeastDistance = 0x1p-10;
+
+/// Beyond this the image is a point of light, whatever the field of view; and floats end soon.
+constexpr double kFarthest = 1e30;
+
+/// Sideways, and forward: a camera's axes. Orthonormal.
+struct Axes {
+  explicit Axes(const View& view)
+      : forward(unit(to_double(view.at) - to_double(view.from))),
+        right(unit(cross(forward, to_double(view.up)))),
+        up(cross(right, forward)) {}
+
+  static Vec3d unit(Vec3d v) {
+    v = v / max_component(abs(v));
+    return v / length(v);
+  }
+
+  Vec3d forward, right, up;
+};
+
+/// A few directions, and how far the scene reaches along each.
+struct Reach {
+  std::array<Vec3d, 6> ways;
+  std::array<double, 6> farthest;
+};
+
+void extend(Reach& reach, const Outline& outline) {
+  for (std::size_t i = 0; i < 6; ++i)
+    reach.farthest[i] = std::max(reach.farthest[i], extent_along(reach.ways[i], outline).hi);
+}
+
+Outline corners(const Aabb& box) {
+  Outline out;
+  for (int corner = 0; corner < 8; ++corner)
+    out.points.push_back(
+        {corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y, corner & 4 ? box.hi.z : box.lo.z});
+  return out;
+}
+
+/// A mesh, vertex by vertex: copying an outline of it to the world would take its memory again. Vertices that no
+/// triangle uses aren't told from others, but count for nothing outside `box`, that of the triangles.
+void extend(Reach& reach, const TriangleMesh& mesh, const Aabb& box, const Object& object) {
+  std::array<Vec3d, 6> ways = reach.ways;
+  std::array<double, 6> starts{};
+  if (object.placement) {
+    const auto& m = object.placement->rows();
+    for (std::size_t i = 0; i < 6; ++i) {
+      starts[i] = dot(ways[i], {m[3], m[7], m[11]});
+      ways[i] = {dot(ways[i], {m[0], m[4], m[8]}), dot(ways[i], {m[1], m[5], m[9]}), dot(ways[i], {m[2], m[6], m[10]})};
+    }
+  }
+  for (const Vec3 p : mesh.positions) {
+    if (!box.contains(p)) continue;
+    for (std::size_t i = 0; i < 6; ++i)
+      reach.farthest[i] = std::max(reach.farthest[i], starts[i] + dot(ways[i], to_double(p)));
+  }
+}
+
+/// How far the scene's surface, of which `box` is the box and `size` the box's diagonal, reaches; a little more for the
+/// rounding of the camera that follows from it.
+Reach reach_of(const Scene& scene, const Aabb& box, double size, const std::array<Vec3d, 6>& ways) {
+  Reach reach{ways, {}};
+  reach.farthest.fill(-kInfinity);
+  std::size_t vertices_left = kMostVertices;
+  for (const Object& object : scene.objects) {
+    const Aabb around = world_bounds(scene, object);
+    if (around.empty()) continue;
+    Reach most = reach;
+    extend(most, corners(around));
+    if (most.farthest == reach.farthest) continue;
+    const Shape& shape = scene.shapes[object.shape];
+    const auto* mesh = std::get_if<TriangleMesh>(&shape);
+    if (!mesh) {
+      extend(reach, world_outline(object, outline(shape)));
+    } else if (mesh->positions.size() <= vertices_left) {
+      vertices_left -= mesh->positions.size();
+      extend(reach, *mesh, local_bounds(scene)[object.shape], object);
+    } else {
+      reach = most;
+    }
+  }
+  if (reach.farthest.front() == -kInfinity) extend(reach, corners(box));
+  const double largest = std::max<double>(max_component(abs(box.lo)), max_component(abs(box.hi)));
+  const double more = (size > 0 ? 0 : 1) + 8 * (kUnitRoundoff * largest + kDenormalStep);
+  for (std::size_t i = 0; i < 6; ++i) reach.farthest[i] += more * length(reach.ways[i]);
+  return reach;
+}
+
+}  // namespace
+
+Camera frame_scene(const Scene& scene, std::uint32_t width, std::uint32_t height, Camera camera) {
+  View& view = std::visit([](auto& c) -> View& { return c.view; }, camera);
+  if (view.is_placed) return camera;
   const StrictFloats strict;
   Aabb box;
   for (const Aabb& object : world_bounds(scene)) box.extend(object);
   if (box.empty()) box = {{-0.5F, -0.5F, -0.5F}, {0.5F, 0.5F, 0.5F}};
+  const double extent = length(to_double(box.hi) - to_double(box.lo)), size = extent > 0 ? extent : 1;
 
-  PerspectiveCamera camera;
-  camera.view.at = to_float(0.5 * (to_double(box.lo) + to_double(box.hi)));
-  const Vec3d center = to_double(camera.view.at);
-  // A sphere around the box, with room for the rounding of `from` and `at`, touches the square image's edges.
-  const double rounding = 8 * kUnitRoundoff * length(center);
-  const double radius = 0.5 * length(to_double(box.hi) - to_double(box.lo)) + rounding;
-  const double distance = (radius > 0 ? radius : 1) / portable_sin(0.5 * static_cast<double>(camera.vertical_fov));
-  const Vec3d toward_viewer{0.4, 0.35, 1};
-  camera.view.from = to_float(center + (distance / length(toward_viewer)) * toward_viewer);
+  const double smaller = std::min(width, height);
+  const double margin = std::min(std::max(kMargin * smaller, 1.0), smaller / 4);
+  const double half_width = width / 2.0 - margin, half_height = height / 2.0 - margin;  // what is free, in pixels
+  const Axes axes(view);
+  auto* pinhole = std::get_if<PerspectiveCamera>(&camera);
+
+  // Along the normals of the four planes through the camera that bound what is free, at slopes that are 0 when rays are
+  // parallel; nearest; and farthest.
+  const double pixel = pinhole ? 2 * portable_tan(pinhole->vertical_fov / 2.0) / height : 0;
+  const double across = pixel * half_width, upright = pixel * half_height;
+  const auto [right, left, up, down, nearest, farthest] =
+      reach_of(scene, box, extent,
+               {axes.right - across * axes.forward, -axes.right - across * axes.forward,
+                axes.up - upright * axes.forward, -axes.up - upright * axes.forward, -axes.forward, axes.forward})
+          .farthest;
+
+  // The camera stands at x, y, z along its axes. It is inside all planes when ±x − across·z and ±y − upright·z reach at
+  // least as far: x and y are in the middle of what that leaves them, z is the largest that leaves them anything.
+  const double x = 0.5 * (right - left), y = 0.5 * (up - down);
+  double z = -nearest - (pinhole ? kLeastDistance : 1) * size;
+  if (pinhole) {
+    z = std::min({z, -0.5 * (right + left) / across, -0.5 * (up + down) / upright});
+    z = std::max(z, -kFarthest);
+  } else {
+    const double needed = std::max((right + left) / half_width, (up + down) / half_height) * height / 2;
+    std::get<OrthographicCamera>(camera).height = static_cast<float>(needed);
+  }
+  const Vec3d from = x * axes.right + y * axes.up + z * axes.forward;
+  const double depth = 0.5 * (farthest - nearest) - z;
+  view = {to_float(from), to_float(from + depth * axes.forward), view.up};
   return camera;
 }
 

@@ -31,6 +31,12 @@ struct SceneWarning {
   std::string detail;
 };
 
+/// In pixels.
+struct ImageSize {
+  std::uint32_t width = 0, height = 0;
+  bool operator==(const ImageSize&) const = default;
+};
+
 /// All that is rendered. Made by the parser, valid when made (every index in range, every number finite, at most
 /// 2^32 − 1 primitives with instances counted), and never changed: share it across threads freely.
 ///
@@ -42,7 +48,8 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Light> lights;
   Rgb background;
-  std::optional<Camera> camera;  ///< The scene's own view; a job may bring another.
+  std::optional<Camera> camera;    ///< The scene's own view; a job may bring another.
+  std::optional<ImageSize> image;  ///< The size that the scene is made for, where a job asks for none.
   std::vector<SceneWarning> warnings;
   ShapeBoxes boxes;  ///< For `local_bounds`.
 };

@@ -23,9 +23,11 @@ inline constexpr std::uint32_t kAdaptiveTiles = 0;
 struct Settings {
   std::uint32_t width = 512;
   std::uint32_t height = 512;
-  std::uint32_t samples = 1;    ///< Per pixel; ≥ 1.
-  bool jitter = true;           ///< Samples fall anywhere in the pixel; otherwise all on its centre.
-  std::uint32_t max_depth = 5;  ///< Rays in a chain, the camera's being the first; ≥ 1.
+  std::uint32_t samples = 1;  ///< Per pixel; ≥ 1.
+  bool jitter = true;         ///< Samples fall anywhere in the pixel; otherwise all on its centre.
+  /// Rays in a chain, the camera's being the first; ≥ 1. A chain ends earlier where what the next ray brings would be
+  /// weighed with less than 2^-25, and a camera ray leads to 4096 others at most (`Whitted`).
+  std::uint32_t max_depth = 5;
   std::uint64_t seed = 0;
   AccelOptions accel;
   ScreenBounds screen_bounds = ScreenBounds::flat;

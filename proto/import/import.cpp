@@ -10,9 +10,9 @@
 #include "proto/import/nff.h"
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
-#include "proto/import/printable.h"
 #include "proto/import/read_file.h"
 #include "proto/names.h"
+#include "proto/wire/printable.h"
 
 namespace tessera::proto {
 namespace {
@@ -21,15 +21,15 @@ namespace {
 constexpr std::uintmax_t kLargestFile = 4ULL << 30;
 
 Imported read(const std::filesystem::path& path, FileFormat format, std::string_view name,
-              const CompanionSource& companions) {
-  std::string bytes = read_file(path, name, kLargestFile);
+              const CompanionSource& companions, const std::stop_token& stop) {
+  std::string bytes = read_file(path, name, kLargestFile, stop);
   switch (format) {
     case FileFormat::nff:
-      return import_nff(bytes, name);
+      return import_nff(bytes, name, stop);
     case FileFormat::ply:
-      return import_ply(bytes, name);
+      return import_ply(bytes, name, stop);
     case FileFormat::obj:
-      return import_obj(std::move(bytes), name, companions);
+      return import_obj(std::move(bytes), name, companions, stop);
   }
   std::abort();
 }
@@ -55,7 +55,7 @@ Result<Imported> import_file(const std::filesystem::path& path, FileFormat forma
                              const CompanionSource& companions, std::stop_token stop) {
   throw_if_abandoned(stop);
   try {
-    Imported imported = read(path, format, display_name, companions);
+    Imported imported = read(path, format, display_name, companions, stop);
     make_sayable(imported.warnings);
     return imported;
   } catch (BrokenFile& broken) {

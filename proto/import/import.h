@@ -22,13 +22,14 @@ struct ImportedPart {
   std::optional<std::uint32_t> material;
 };
 
-/// A file's content in core's terms. Camera, lights and background come from NFF alone.
+/// A file's content in core's terms. Camera, lights, background and image size come from NFF alone.
 struct Imported {
   std::vector<ImportedPart> parts;
   std::vector<Material> materials;
   std::vector<Light> lights;
   std::optional<Rgb> background;
   std::optional<Camera> camera;
+  std::optional<ImageSize> image;
   std::vector<SceneWarning> warnings;  ///< Dropped triangles, ignored statements, missing MTL files, counted.
 };
 

@@ -1,9 +1,9 @@
 #include "proto/import/mesh_repair.h"
 
-#include <string>
 #include <vector>
 
 #include "core/math/unit_vec3.h"
+#include "proto/import/polygon.h"
 
 namespace tessera::proto {
 namespace {
@@ -40,11 +40,8 @@ void repair_mesh(TriangleMesh& mesh, ImportNotes& notes, std::size_t line) {
   repair_normals(mesh, notes, line);
 }
 
-void note_lost_polygon(Triangulated why, std::size_t corners, ImportNotes& notes, std::size_t line) {
-  if (why == Triangulated::not_finite) notes.add(kNotFinite, line, corners - 2);
-  if (why == Triangulated::too_many_corners) {
-    notes.add("A concave polygon with more than " + std::to_string(kMostCornersToCut) + " corners was dropped", line);
-  }
+void note_lost_polygon(std::size_t corners, ImportNotes& notes, std::size_t line) {
+  notes.add(kNotFinite, line, corners - 2);
 }
 
 }  // namespace tessera::proto

@@ -4,7 +4,6 @@
 
 #include "core/geometry/triangle_mesh.h"
 #include "proto/import/import_notes.h"
-#include "proto/import/polygon.h"
 
 namespace tessera::proto {
 
@@ -12,7 +11,7 @@ namespace tessera::proto {
 /// direction (zero, NaN, infinite) the one of the triangles around them. Counts both in `notes`, at `line`.
 void repair_mesh(TriangleMesh& mesh, ImportNotes& notes, std::size_t line = 0);
 
-/// Counts a polygon of `corners` corners that couldn't be cut into triangles.
-void note_lost_polygon(Triangulated why, std::size_t corners, ImportNotes& notes, std::size_t line);
+/// Counts a polygon of `corners` corners that couldn't be cut into triangles because one isn't finite.
+void note_lost_polygon(std::size_t corners, ImportNotes& notes, std::size_t line);
 
 }  // namespace tessera::proto

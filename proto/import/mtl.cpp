@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -18,33 +19,73 @@ namespace {
 /// A material takes some 200 bytes with its name, and as little as 9 in the file.
 constexpr std::size_t kMostMaterials = 1 << 16;
 
-float not_negative(float value) { return value > 0 && std::isfinite(value) ? value : 0; }
+/// Where a ball is seen, N·v is 2/3 on average over its picture.
+constexpr float kMeanFacing = 2.0F / 3;
 
-/// A material as MTL describes it (Wavefront, "Advanced Visualizer Manual", 1995, appendix B).
+/// A material as MTL describes it.
 struct MtlMaterial {
   std::string name;
+  std::size_t line = 0;
   Rgb kd{0, 0, 0}, ks{0, 0, 0};
-  float ns = 1, ni = 1, tr = 0;
-  std::optional<float> d;  ///< Without it opacity is 1 − tr.
-  int illum = 0;
+  std::optional<Rgb> tf;
+  float ns = 1, ni = 1;
+  std::optional<float> d, tr;
+  int illum = 2;
+  std::size_t tf_line = 0;
   bool has_texture = false;  ///< For kd.
+
+  float opacity() const { return d ? *d : 1 - tr.value_or(0); }
+  bool refracts() const { return illum == 6 || illum == 7; }
 };
 
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
+
 bool is_texture(std::string_view keyword) {
-  return keyword.starts_with("map_") || keyword == "bump" || keyword == "disp" || keyword == "decal" ||
-         keyword == "refl" || keyword == "norm";
+  return (keyword.starts_with("map_") && keyword != "map_aat") || keyword == "bump" || keyword == "disp" ||
+         keyword == "decal" || keyword == "refl" || keyword == "norm";
+}
+
+/// Known statements without a meaning here, in lower case, and what to call them. The last ones are the physically
+/// based extension (Boubekeur & Harris 2016).
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kWithoutMeaning{{
+    {"ka", "Ka (an ambient colour of its own)"},
+    {"ke", "Ke (emission)"},
+    {"km", "Km (a bump's height)"},
+    {"sharpness", "sharpness (of a reflection map)"},
+    {"map_aat", "map_aat (smoothing of textures)"},
+    {"pr", "Pr (roughness)"},
+    {"pm", "Pm (metallic)"},
+    {"ps", "Ps (sheen)"},
+    {"pc", "Pc (clear coat)"},
+    {"pcr", "Pcr (roughness of the clear coat)"},
+    {"aniso", "aniso (anisotropy)"},
+    {"anisor", "anisor (its rotation)"},
+    {"mapping", "mapping"},
+    {"reflectivity", "reflectivity"},
+}};
+
+/// CIE XYZ to linear sRGB (IEC 61966-2-1).
+Rgb rgb_of_xyz(std::array<float, 3> c) {
+  const auto [x, y, z] = c;
+  return {3.2406F * x - 1.5372F * y - 0.4986F * z, -0.9689F * x + 1.8758F * y + 0.0415F * z,
+          0.0557F * x - 0.2040F * y + 1.0570F * z};
 }
 
 class MtlReader {
  public:
-  MtlReader(std::string text, std::string_view file_name, ImportNotes& notes)
-      : text_(std::move(text), file_name), notes_(notes) {}
+  MtlReader(std::string text, std::string_view file_name, ImportNotes& notes, std::stop_token stop)
+      : steps_(std::move(stop)), text_(std::move(text), file_name, steps_), notes_(notes) {}
 
   /// The library's materials that have names; nothing when there are more than `kMostMaterials`.
   std::vector<MtlMaterial> read() {
     while (text_.next()) {
+      steps_.take();
       read_line();
-      if (materials_.size() <= kMostMaterials + 1) continue;
+      if (materials_.size() <= kMostMaterials) continue;
       notes_.add("A library of more than " + std::to_string(kMostMaterials) + " materials was ignored");
       return {};
     }
@@ -55,69 +96,181 @@ class MtlReader {
  private:
   void read_line() {
     TextCursor words(text_.current(), '#');
-    const std::string_view keyword = words.next();
+    const std::string keyword = lower_case(words.next());
+    if (keyword.empty()) return;
+    if (keyword == "newmtl") return start_material(trimmed(words.rest()));
+    if (materials_.empty()) return note("A statement before the first newmtl was ignored");
     MtlMaterial& material = materials_.back();
-    if (keyword == "newmtl") {
-      materials_.emplace_back().name = trimmed(words.rest());
-    } else if (keyword == "Kd") {
+    if (keyword == "kd") {
       material.kd = color(words);
-    } else if (keyword == "Ks") {
+    } else if (keyword == "ks") {
       material.ks = color(words);
-    } else if (keyword == "Ns") {
-      material.ns = numbers<1>(words)[0];
-    } else if (keyword == "Ni") {
-      material.ni = numbers<1>(words)[0];
+    } else if (keyword == "tf") {
+      material.tf = color(words);
+      material.tf_line = text_.line();
+    } else if (keyword == "ns") {
+      material.ns = not_negative(number(words.next()));
+    } else if (keyword == "ni") {
+      read_ni(words);
     } else if (keyword == "d") {
-      material.d = numbers<1>(words)[0];
-    } else if (keyword == "Tr") {
-      material.tr = numbers<1>(words)[0];
+      read_d(words);
+    } else if (keyword == "tr") {
+      material.tr = fraction(words.next());
     } else if (keyword == "illum") {
-      material.illum = static_cast<int>(std::clamp(numbers<1>(words)[0], 0.0F, 100.0F));
+      read_illum(words);
     } else if (is_texture(keyword)) {
-      notes_.add("Textures aren't read: a texture was ignored", text_.line());
-      material.has_texture |= keyword == "map_Kd";
+      material.has_texture |= keyword == "map_kd";
+      return note("Textures aren't read: a texture was ignored");
+    } else {
+      return note_ignored(keyword, words);
     }
+    if (!words.next().empty()) note("What follows the numbers of a statement was ignored");
   }
 
-  template <std::size_t n>
-  std::array<float, n> numbers(TextCursor& words) {
-    std::array<float, n> values{};
-    bool are_good = true;
-    for (float& value : values) {
-      const std::optional<float> number = parse_float(words.next());
-      const bool is_good = number && std::isfinite(*number);
-      if (is_good) value = *number;
-      are_good &= is_good;
+  void note(std::string_view what) { notes_.add(what, text_.line()); }
+
+  void start_material(std::string_view name) {
+    if (name.empty()) note("A material without a name was ignored");
+    MtlMaterial& material = materials_.emplace_back();
+    material.name = name;
+    material.line = text_.line();
+  }
+
+  /// Names statements in our own words alone: the file may be any file.
+  void note_ignored(std::string_view keyword, TextCursor& words) {
+    const auto* known = std::ranges::find(kWithoutMeaning, keyword, [](const auto& entry) { return entry.first; });
+    if (known == kWithoutMeaning.end()) return note("A statement that MTL doesn't have was ignored");
+    // Many exporters write that nothing is emitted, which is so.
+    if (keyword == "ke" && is_black(words)) return;
+    note(std::string(known->second) + " has no meaning here and was ignored");
+  }
+
+  static bool is_black(TextCursor& words) {
+    for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
+      if (parse_float(word) != 0.0F) return false;
     }
-    if (!are_good) notes_.add("A number is missing, or isn't one, and counts as 0", text_.line());
-    return values;
+    return true;
+  }
+
+  float number(std::string_view word) {
+    const std::optional<float> value = parse_float(word);
+    if (value && std::isfinite(*value)) return *value;
+    note("A number is missing, or isn't one, and counts as 0");
+    return 0;
+  }
+
+  float not_negative(float value) {
+    if (value < 0) note("A negative number counts as 0");
+    return std::max(value, 0.0F);
+  }
+
+  float fraction(std::string_view word) {
+    const float value = number(word);
+    if (value < 0 || value > 1) note("A number beyond the range from 0 to 1 counts as its nearest end");
+    return std::clamp(value, 0.0F, 1.0F);
+  }
+
+  void read_ni(TextCursor& words) {
+    const float value = number(words.next());
+    if (!(value > 0)) return note("An index of refraction that isn't above 0 was ignored");
+    materials_.back().ni = value;
+  }
+
+  void read_d(TextCursor& words) {
+    const std::string word = lower_case(words.next());
+    if (word != "-halo") {
+      materials_.back().d = fraction(word);
+      return;
+    }
+    // The specification: dissolve = 1 − (N·v)(1 − factor).
+    materials_.back().d = 1 - kMeanFacing * (1 - fraction(words.next()));
+    note("d -halo is the same from everywhere: it is taken as its mean over a ball");
+  }
+
+  void read_illum(TextCursor& words) {
+    const std::optional<int> model = parse_integer<int>(words.next());
+    if (!model || *model < 0 || *model > 10)
+      return note("An illumination model that isn't a whole number from 0 to 10 was ignored");
+    if (*model == 0) note("illum 0 (a colour that light doesn't change) is rendered as illum 1");
+    if (*model == 10) note("illum 10 (only shadows are seen) is rendered as illum 2");
+    materials_.back().illum = *model;
   }
 
   Rgb color(TextCursor& words) {
-    const auto [r, g, b] = numbers<3>(words);
-    return {not_negative(r), not_negative(g), not_negative(b)};
+    const TextCursor begin = words;
+    const std::string first = lower_case(words.next());
+    Rgb value;
+    if (first == "spectral") {
+      value = spectral(words);
+    } else if (first == "xyz") {
+      value = rgb_of_xyz(components(words));
+    } else {
+      words = begin;
+      const auto [r, g, b] = components(words);
+      value = {r, g, b};
+    }
+    if (std::max({value.r, value.g, value.b}) > 1) note("A colour has a component above 1, which is used as it is");
+    return {not_negative(value.r), not_negative(value.g), not_negative(value.b)};
   }
 
+  /// One number stands for all three.
+  std::array<float, 3> components(TextCursor& words) {
+    const float first = number(words.next());
+    std::array<float, 3> values{first, first, first};
+    const std::string_view second = words.next();
+    if (second.empty()) return values;
+    values[1] = number(second);
+    const std::string_view third = words.next();
+    if (third.empty()) {
+      note("A colour has two numbers: the third is taken to equal the first");
+    } else {
+      values[2] = number(third);
+    }
+    return values;
+  }
+
+  /// file.rfl [factor]; the name may hold blanks.
+  Rgb spectral(TextCursor& words) {
+    std::string_view last;
+    int count = 0;
+    for (std::string_view word = words.next(); !word.empty(); word = words.next(), ++count) last = word;
+    note("Spectral curves aren't read: a grey of the curve's factor is used");
+    const std::optional<float> factor = count > 1 ? parse_float(last) : std::nullopt;
+    const float grey = factor && std::isfinite(*factor) ? *factor : 1;
+    return {grey, grey, grey};
+  }
+
+  Steps steps_;
   ObjText text_;
   ImportNotes& notes_;
-  std::vector<MtlMaterial> materials_{1};  ///< What stands before the first name belongs to a material without one.
+  std::vector<MtlMaterial> materials_;
 };
 
-/// MTL's illumination models in Whitted's terms. A file without `illum` has model 0, and counts as 2, highlights on.
-Material to_material(const MtlMaterial& mtl) {
-  const float opacity = std::min(not_negative(mtl.d.value_or(1 - mtl.tr)), 1.0F);
-  const bool is_traced = mtl.illum >= 3 && mtl.illum <= 7;
-  const bool refracts = mtl.illum >= 4 && mtl.illum != 8;
+Rgb not_reflected(Rgb ks) { return {std::max(1 - ks.r, 0.0F), std::max(1 - ks.g, 0.0F), std::max(1 - ks.b, 0.0F)}; }
+
+/// MTL's illumination models in Whitted's terms.
+Material to_material(const MtlMaterial& mtl, ImportNotes& notes) {
+  const float opacity = mtl.opacity();
+  const bool has_fresnel = mtl.illum == 5 || mtl.illum == 7;
   Material material;
   material.diffuse = mtl.kd * opacity;
   // A colour of 0 under a texture, as many exporters write, would be black without it.
   if (material.diffuse.is_black() && mtl.has_texture) material.diffuse = Rgb{0.6F, 0.6F, 0.6F} * opacity;
-  if (mtl.illum != 1) material.specular = mtl.ks;
-  material.shininess = not_negative(mtl.ns);
-  if (is_traced) material.reflect = mtl.ks;
+  if (mtl.illum > 1) material.specular = mtl.ks;
+  material.shininess = mtl.ns;
+  if (mtl.illum >= 3 && mtl.illum <= 7) material.reflect = mtl.ks;
   material.transmit = Rgb{1, 1, 1} * (1 - opacity);
-  if (refracts && mtl.ni > 0) material.ior = mtl.ni;
-  material.fresnel = mtl.illum == 5 || mtl.illum == 7;
+  if (mtl.tf) {
+    if (mtl.refracts()) material.transmit = material.transmit + not_reflected(mtl.ks) * opacity;
+    if (material.transmit.is_black()) notes.add("Tf without illum 6 or 7, or a d below 1, has no effect", mtl.tf_line);
+    material.transmit = material.transmit * *mtl.tf;
+  }
+  if (mtl.refracts() || has_fresnel) material.ior = mtl.ni;
+  // Between media of one index nothing is reflected; MTL's own formula starts from Ks.
+  material.fresnel = has_fresnel && mtl.ni != 1;
+  if (has_fresnel && !material.fresnel)
+    notes.add("illum 5 or 7 without an Ni other than 1 reflects as 3 or 6", mtl.line);
+  if (mtl.d && mtl.tr && std::abs(*mtl.d - (1 - *mtl.tr)) > 0.01F) notes.add("Tr isn't 1 - d: d is used", mtl.line);
   return material;
 }
 
@@ -129,60 +282,39 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
-bool MtlLibraries::load(std::string_view names) {
-  std::vector<std::string_view> words;
-  TextCursor cursor(names, TextCursor::kNoComment);
-  for (std::string_view word = cursor.next(); !word.empty() && words.size() < kMostLookedFor; word = cursor.next()) {
-    words.push_back(word);
-  }
-  bool all_found = !words.empty();
-  for (std::size_t first = 0, taken = 0; first < words.size(); first += std::max<std::size_t>(taken, 1)) {
-    // The longest name first: "box red.mtl" is a file rather than two.
-    for (taken = words.size() - first; taken > 0; --taken) {
-      const char* begin = words[first].data();
-      const std::string_view last = words[first + taken - 1];
-      if (load_file({begin, last.data() + last.size()})) break;
-    }
-    all_found &= taken > 0;
-  }
-  return all_found;
+bool MtlLibraries::load(std::string_view arguments) {
+  can_read_all_ = true;
+  return search_.look_for(arguments) && can_read_all_;
 }
 
 bool MtlLibraries::load_file(const std::string& name) {
-  const auto known = looked_for_.find(name);
-  if (known != looked_for_.end()) return known->second;
-  if (looked_for_.size() >= kMostLookedFor) return false;
-  bool& loaded = looked_for_[name] = false;
-
-  // Backslashes are Windows' slashes, or stand before the blanks of a name.
-  std::string path;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    if (name[i] != '\\') {
-      path += name[i];
-    } else if (i + 1 == name.size() || name[i + 1] != ' ') {
-      path += '/';
-    }
-  }
-  const std::optional<std::filesystem::path> file = companions_ ? companions_(path) : std::nullopt;
+  const std::optional<std::filesystem::path> file = companions_ ? companions_(name) : std::nullopt;
   if (!file) return false;
   try {
-    load_text(read_file(*file, name, kLargestFile), name);
-    loaded = true;
+    std::string text = read_file(*file, name, kLargestFile, stop_);
+    if (text.size() > bytes_left_) throw BrokenFile{{{name, "The libraries before this one are too large together"}}};
+    bytes_left_ -= text.size();
+    load_text(std::move(text), name);
   } catch (const BrokenFile& broken) {
     for (const FieldError& error : broken.errors) warnings.push_back({error.pointer, error.detail});
+    can_read_all_ = false;
   }
-  return loaded;
+  return true;
 }
 
 void MtlLibraries::load_text(std::string text, std::string_view name) {
   ImportNotes notes(name);
-  const std::vector<MtlMaterial> loaded = MtlReader(std::move(text), name, notes).read();
+  const std::vector<MtlMaterial> loaded = MtlReader(std::move(text), name, notes, stop_).read();
+  for (const MtlMaterial& mtl : loaded) {
+    const bool is_new = by_name_.emplace(mtl.name, static_cast<std::uint32_t>(materials.size())).second;
+    if (is_new) {
+      materials.push_back(to_material(mtl, notes));
+    } else {
+      notes.add("A material whose name is taken was ignored", mtl.line);
+    }
+  }
   const std::vector<SceneWarning> noted = notes.warnings();
   warnings.insert(warnings.end(), noted.begin(), noted.end());
-  for (const MtlMaterial& mtl : loaded) {
-    by_name_.emplace(mtl.name, static_cast<std::uint32_t>(materials.size()));
-    materials.push_back(to_material(mtl));
-  }
 }
 
 std::optional<std::uint32_t> MtlLibraries::find(std::string_view name) const {

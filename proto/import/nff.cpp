@@ -30,11 +30,12 @@ constexpr float kLargestShare = 1000, kLargestShine = 1e9F, kLargestLight = 1e9F
 
 class NffReader {
  public:
-  NffReader(std::string_view text, std::string_view file_name)
-      : cursor_(text, '#'), file_name_(file_name), notes_(file_name) {}
+  NffReader(std::string_view text, std::string_view file_name, std::stop_token stop)
+      : steps_(std::move(stop)), cursor_(text, '#'), file_name_(file_name), notes_(file_name) {}
 
   Imported read() {
     for (std::string_view entity = cursor_.next(); !entity.empty(); entity = take_entity()) {
+      steps_.take();
       if (entity == "f" || entity == "s" || entity == "c") finish_mesh();
       read_entity(entity);
     }
@@ -60,7 +61,7 @@ class NffReader {
     if (entity == "s") return read_sphere();
     if (entity == "p") return read_polygon(false);
     if (entity == "pp") return read_polygon(true);
-    fail('"' + std::string(entity.substr(0, 40)) + "\" is no NFF entity: one of v b l f c s p pp # is expected here");
+    fail("This is no NFF entity: one of v b l f c s p pp # is expected here");
   }
 
   [[noreturn]] void fail(std::string detail) const {
@@ -73,7 +74,7 @@ class NffReader {
   float to_number(std::string_view token) const {
     if (token.empty()) fail("The file ends where a number is expected");
     const std::optional<float> number = parse_float(token);
-    if (!number) fail("A number is expected here, not \"" + std::string(token.substr(0, 40)) + '"');
+    if (!number) fail("A number is expected here");
     return *number;
   }
   float number() { return to_number(cursor_.next()); }
@@ -94,13 +95,17 @@ class NffReader {
 
   Rgb color() { return {share("Red"), share("Green"), share("Blue")}; }
 
-  void read_background() { result_.background = decoded(color()); }
+  void read_background() {
+    if (result_.background) notes_.add("A further background takes the place of the one before", cursor_.line());
+    result_.background = decoded(color());
+  }
 
   void read_view() {
     const std::size_t line = cursor_.line();
     std::optional<Vec3> from, at, up;
     std::optional<float> angle;
-    float rows = 512;
+    float columns = 512, rows = 512;
+    bool has_resolution = false;
     for (std::string_view key = cursor_.next();; key = cursor_.next()) {
       if (key == "from") {
         from = vector();
@@ -113,7 +118,8 @@ class NffReader {
       } else if (key == "hither") {
         number();
       } else if (key == "resolution") {
-        number();
+        has_resolution = true;
+        columns = number();
         rows = number();
       } else {
         ahead_ = key;
@@ -131,11 +137,22 @@ class NffReader {
     }
     if (!(*angle > 0 && *angle < 180)) fail_view("A view's angle must lie between 0 and 180 degrees");
     if (!(rows >= 2 && std::isfinite(rows))) fail_view("A view's resolution must be at least 2 in y");
+    if (has_resolution) take_resolution(columns, rows, line);
     if (result_.camera) notes_.add("A further view takes the place of the one before", line);
 
     const double half = *angle * std::numbers::pi / 360, n = rows;
     const auto fov = static_cast<float>(2 * portable_atan(portable_tan(half) * n / (n - 1)));
     result_.camera = PerspectiveCamera{{*from, *at, *up}, fov};
+  }
+
+  void take_resolution(float columns, float rows, std::size_t line) {
+    constexpr float kMost = 1 << 24;  // Beyond it a float skips whole numbers.
+    const auto is_size = [](float n) { return n >= 1 && n <= kMost && n == std::floor(n); };
+    if (is_size(columns) && is_size(rows)) {
+      result_.image = ImageSize{static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows)};
+    } else {
+      notes_.add("A resolution that isn't two whole numbers from 1 to 16777216 doesn't size the image", line);
+    }
   }
 
   void read_light() {
@@ -232,12 +249,12 @@ class NffReader {
     const std::size_t line = cursor_.line();
     const std::string_view count_token = cursor_.next();
     const std::optional<std::uint32_t> count = parse_integer<std::uint32_t>(count_token);
-    if (!count)
-      fail("A polygon starts with its number of vertices, not \"" + std::string(count_token.substr(0, 40)) + '"');
+    if (!count) fail("A polygon starts with its number of vertices");
 
     if (mesh_.positions.empty()) mesh_line_ = line;
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
     for (std::uint32_t i = 0; i < *count; ++i) {
+      steps_.take();
       mesh_.positions.push_back(vector());
       mesh_.normals.push_back(is_patch ? vector() : Vec3{});
     }
@@ -262,9 +279,10 @@ class NffReader {
       notes_.add("A polygon without area was dropped", line);
       return false;
     }
-    const Triangulated done = triangulate(mesh_.positions, corners, mesh_.triangles);
-    note_lost_polygon(done, corners.size(), notes_, line);
-    if (done != Triangulated::yes) return false;
+    if (!triangulate(mesh_.positions, corners, mesh_.triangles, steps_)) {
+      note_lost_polygon(corners.size(), notes_, line);
+      return false;
+    }
     if (!is_patch) {
       const Vec3 normal = UnitVec3::normalize(area).value_or(UnitVec3::z());
       std::fill(mesh_.normals.begin() + corners.front(), mesh_.normals.end(), normal);
@@ -279,6 +297,7 @@ class NffReader {
     if (!mesh.triangles.empty()) add_part(std::move(mesh));
   }
 
+  Steps steps_;
   TextCursor cursor_;
   std::string_view ahead_;
   std::string_view file_name_;
@@ -292,6 +311,8 @@ class NffReader {
 
 }  // namespace
 
-Imported import_nff(std::string_view text, std::string_view file_name) { return NffReader(text, file_name).read(); }
+Imported import_nff(std::string_view text, std::string_view file_name, std::stop_token stop) {
+  return NffReader(text, file_name, std::move(stop)).read();
+}
 
 }  // namespace tessera::proto

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stop_token>
 #include <string_view>
 
 #include "proto/import/import.h"
@@ -15,9 +16,11 @@ namespace tessera::proto {
 /// - A light without a colour has irradiance π/√n at every distance, n being the number of lights; one with a colour
 ///   π times that.
 /// - `angle` spans the centres of the outer rows of pixels, so the field of view is wider by half a pixel at both
-///   ends of the file's own `resolution`. `hither` is ignored: Haines has it for hidden-surface algorithms.
+///   ends of the file's own `resolution`, which is the image's size. `hither` is ignored: Haines has it for
+///   hidden-surface algorithms.
 /// - Neighbouring p and pp entities make one mesh, with normals if one of them is pp; flat ones then get their
 ///   face's. A negative radius, meant to show a surface's inside alone, counts as positive.
-Imported import_nff(std::string_view text, std::string_view file_name);
+/// - Errors quote nothing of the text: NFF has no mark to be known by, and it may be any file.
+Imported import_nff(std::string_view text, std::string_view file_name, std::stop_token stop = {});
 
 }  // namespace tessera::proto

@@ -1,16 +1,21 @@
 #include "proto/import/obj.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
 #include "proto/import/mtl.h"
 #include "proto/import/numbers.h"
+#include "proto/import/obj_normals.h"
 #include "proto/import/obj_part.h"
 #include "proto/import/obj_text.h"
 #include "proto/import/text_cursor.h"
+#include "proto/wire/material_libraries.h"
 
 namespace tessera::proto {
 namespace {
@@ -18,12 +23,13 @@ namespace {
 /// A part takes some 700 bytes beside its faces, and as little as 13 in the file.
 constexpr std::size_t kMostParts = 1 << 20;
 
-/// A face's corner as it is written: indices from 1, or from −1 backwards; 0 where there is none.
+/// A face's corner as it is written: indices from 1, or from −1 backwards; 0 for what isn't named.
 struct WrittenCorner {
   std::int32_t position = 0, texcoord = 0, normal = 0;
+  bool has_zero = false;  ///< A texture coordinate or a normal is written as 0.
 };
 
-/// Reads an index of up to 9 digits other than 0.
+/// Reads an index of up to 9 digits.
 bool read_index(const char*& at, const char* end, std::int32_t& index) {
   const bool is_negative = at != end && *at == '-';
   if (at != end && (*at == '-' || *at == '+')) ++at;
@@ -34,30 +40,43 @@ bool read_index(const char*& at, const char* end, std::int32_t& index) {
     value = 10 * value + (*at - '0');
   }
   index = is_negative ? -value : value;
-  return value != 0;
+  return at != first;
 }
 
-/// Reads v, v/vt, v//vn or v/vt/vn, up to a blank or the end.
+/// Reads v, v/vt, v//vn or v/vt/vn, up to a blank or the end. What follows a slash may be missing.
 bool read_corner(const char*& at, const char* end, WrittenCorner& corner) {
-  const auto passes_slash = [&] { return at != end && *at == '/' && (++at, true); };
   if (!read_index(at, end, corner.position)) return false;
-  if (passes_slash()) {
-    const bool skips_texcoord = at != end && *at == '/';
-    if (!skips_texcoord && !read_index(at, end, corner.texcoord)) return false;
-    if (passes_slash() && !read_index(at, end, corner.normal)) return false;
+  for (std::int32_t* const index : {&corner.texcoord, &corner.normal}) {
+    if (at == end || *at != '/') break;
+    ++at;
+    if (at == end || *at == '/' || TextCursor::is_blank(*at)) continue;
+    if (!read_index(at, end, *index)) return false;
+    corner.has_zero |= *index == 0;
   }
   return at == end || TextCursor::is_blank(*at);
 }
 
+/// What can be told of a face or a vertex that is lost.
+constexpr const char* kNoCorners = "A face whose corners aren't written v, v/vt, v//vn or v/vt/vn was dropped";
+constexpr const char* kNoVertex = "A face that names a vertex that isn't there was dropped";
+constexpr const char* kNoNumbers = "A vertex without three numbers costs the faces that use it";
+constexpr const char* kUnusedIndex = "The index of a normal or a texture coordinate that isn't there was ignored";
+
 class ObjReader {
  public:
-  ObjReader(std::string text, std::string_view file_name, const CompanionSource& companions)
-      : text_(std::move(text), file_name), file_name_(file_name), notes_(file_name), libraries_(companions) {}
+  ObjReader(std::string text, std::string_view file_name, const CompanionSource& companions, std::stop_token stop)
+      : steps_(std::move(stop)),
+        text_(std::move(text), file_name, steps_),
+        file_name_(file_name),
+        notes_(file_name),
+        libraries_(companions, steps_.stop()) {}
 
   Imported read() {
-    while (text_.next()) read_line();
+    while (text_.next()) {
+      steps_.take();
+      read_line();
+    }
     check_forward_references();
-    if (!errors_.empty()) throw BrokenFile{std::move(errors_)};
     return finish();
   }
 
@@ -70,23 +89,25 @@ class ObjReader {
     std::string material;
     ObjFaces faces;
   };
-  enum Kind { kPosition, kTexcoord, kNormal };
   struct ForwardReference {
-    Kind kind;
-    std::uint32_t index;  ///< From 0.
+    std::uint32_t position;  ///< From 0.
     std::size_t line;
   };
 
   void read_line() {
     TextCursor words(text_.current(), TextCursor::kNoComment);
     const std::string_view keyword = words.next(), arguments = trimmed(words.rest());
-    if (keyword.empty() || keyword[0] == '#' || keyword == "s") return;
-    if (keyword == "v" || keyword == "f" || keyword == "vn" || keyword == "vt") {
-      if (arguments.empty()) return add_error("This line has no numbers");
-      if (keyword == "v") return positions_.push_back(read_vector(words));
-      if (keyword == "f") return add_face(arguments);
-      if (keyword == "vn") return normals_.push_back(read_vector(words));
+    if (keyword.empty() || keyword[0] == '#') return;
+    if (keyword == "v") {
+      read_position(words);
+    } else if (keyword == "vn") {
+      read_normal(words);
+    } else if (keyword == "vt") {
       ++texcoords_;
+    } else if (keyword == "f") {
+      add_face(arguments);
+    } else if (keyword == "s") {
+      read_smoothing_group(arguments);
     } else if (keyword == "o") {
       start_part(key_.object, arguments);
     } else if (keyword == "g") {
@@ -94,7 +115,7 @@ class ObjReader {
     } else if (keyword == "usemtl") {
       start_part(key_.material, arguments);
       if (!arguments.empty()) used_.try_emplace(key_.material, text_.line());
-    } else if (keyword == "mtllib") {
+    } else if (is_mtllib(keyword)) {
       if (!arguments.empty() && !libraries_.load(arguments))
         notes_.add("A material library that is named here isn't there or can't be read", text_.line());
     } else {
@@ -102,26 +123,45 @@ class ObjReader {
     }
   }
 
-  void add_error(std::string detail) { add_error_at(text_.line(), std::move(detail)); }
-  void add_error_at(std::size_t line, std::string detail) {
-    errors_.push_back({file_place(file_name_, line), std::move(detail)});
-    if (errors_.size() == kMaxFieldErrors) throw BrokenFile{std::move(errors_)};
+  /// Counts a loss, and keeps the first ones as errors: should nothing be left of the file, it is refused with them.
+  void lose(const char* what, std::size_t line, const std::string& why) {
+    notes_.add(what, line);
+    if (errors_.size() < kMaxFieldErrors) errors_.push_back({file_place(file_name_, line), why});
   }
 
-  Vec3 read_vector(TextCursor& words) {
+  std::optional<Vec3> read_vector(TextCursor& words) {
     Vec3 v;
     for (int axis = 0; axis < 3; ++axis) {
       const std::optional<float> number = next_float(words);
-      if (!number) {
-        const std::string_view word = words.next();
-        add_error(word.empty() ? "Three numbers are expected here"
-                               : "A number is expected here, not \"" + std::string(word.substr(0, 40)) + '"');
-        return v;
-      }
+      if (!number) return std::nullopt;
       v[axis] = *number;
     }
-    if (!words.ahead().empty()) notes_.add("What follows x y z (a weight, or a colour) is ignored", text_.line());
     return v;
+  }
+
+  void read_position(TextCursor& words) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    const std::optional<Vec3> position = read_vector(words);
+    positions_.push_back(position.value_or(Vec3{kNone, kNone, kNone}));
+    if (!position) {
+      lose(kNoNumbers, text_.line(),
+           words.ahead().empty() ? "Three numbers are expected here" : "A number is expected here");
+    } else if (!words.ahead().empty()) {
+      notes_.add("What follows x y z (a weight, or a colour) is ignored", text_.line());
+    }
+  }
+
+  void read_normal(TextCursor& words) {
+    const std::optional<Vec3> normal = read_vector(words);
+    normals_.push_back(normal.value_or(Vec3{}));
+    if (!normal) notes_.add("A normal without three numbers has no direction", text_.line());
+  }
+
+  void read_smoothing_group(std::string_view name) {
+    const std::optional<std::uint32_t> number = parse_integer<std::uint32_t>(name);
+    smoothing_group_ = number.value_or(name == "on" ? 1 : 0);
+    if (!number && name != "on" && name != "off")
+      notes_.add("A smoothing group that is neither a number nor off counts as off", text_.line());
   }
 
   void start_part(std::string& part_of_key, std::string_view value) {
@@ -130,66 +170,114 @@ class ObjReader {
   }
 
   void add_face(std::string_view corners) {
+    has_faces_ = true;
     written_.clear();
     const char* const end = corners.data() + corners.size();
     for (const char* at = corners.data(); at != end;) {
-      if (!read_corner(at, end, written_.emplace_back()))
-        return add_error("A face's corners are written v, v/vt, v//vn or v/vt/vn, with whole numbers other than 0");
+      if (!read_corner(at, end, written_.emplace_back())) {
+        return lose(kNoCorners, text_.line(),
+                    "A face's corners are written v, v/vt, v//vn or v/vt/vn, with whole numbers other than 0");
+      }
       while (at != end && TextCursor::is_blank(*at)) ++at;
     }
     if (written_.size() < 3) return notes_.add("A face with less than 3 corners was dropped", text_.line());
+    steps_.take(written_.size());
+    if (!names_vertices()) return;
     ObjFaces& faces = current_faces();
     for (const WrittenCorner& corner : written_) {
-      const std::uint32_t position = resolve(kPosition, corner.position, positions_.size());
-      if (corner.texcoord != 0) resolve(kTexcoord, corner.texcoord, texcoords_);
-      const bool has_normal = corner.normal != 0;
-      faces.corners.push_back(
-          {position, has_normal ? resolve(kNormal, corner.normal, normals_.size()) : ObjCorner::kNoNormal});
+      const std::uint32_t position = from_zero(corner.position, positions_.size());
+      if (position >= positions_.size() &&
+          (forward_.empty() || forward_.back().line != text_.line() || forward_.back().position < position))
+        forward_.push_back({position, text_.line()});
+      faces.corners.push_back({position, normal_of(corner)});
+      note_texcoord(corner);
     }
     faces.sizes.push_back(static_cast<std::uint32_t>(written_.size()));
+    faces.smoothing_groups.push_back(smoothing_group_);
+  }
+
+  /// Whether no corner names vertex 0 or one before the first; those that aren't there yet may come.
+  bool names_vertices() {
+    for (const WrittenCorner& corner : written_) {
+      if (corner.position > 0 || (corner.position < 0 && is_there(corner.position, positions_.size()))) continue;
+      const std::string count = std::to_string(positions_.size());
+      lose(kNoVertex, text_.line(),
+           corner.position == 0
+               ? "Vertex 0 is out of range: vertices are counted from 1"
+               : "Vertex " + std::to_string(corner.position) + " is out of range: before this line there are " + count);
+      return false;
+    }
+    return true;
+  }
+
+  /// Whether a negative index, counted back from `count`, is one.
+  static bool is_there(std::int32_t index, std::size_t count) { return static_cast<std::size_t>(-index) <= count; }
+
+  static std::uint32_t from_zero(std::int32_t index, std::size_t count) {
+    return static_cast<std::uint32_t>(index > 0 ? index - 1 : static_cast<std::int64_t>(count) + index);
+  }
+
+  std::uint32_t normal_of(const WrittenCorner& corner) {
+    const bool is_lost = corner.normal < 0 && !is_there(corner.normal, normals_.size());
+    if (is_lost || corner.has_zero) notes_.add(kUnusedIndex, text_.line());
+    return corner.normal == 0 || is_lost ? ObjCorner::kNoNormal : from_zero(corner.normal, normals_.size());
+  }
+
+  /// Texture coordinates aren't used: of those that come later only the last needs to be known.
+  void note_texcoord(const WrittenCorner& corner) {
+    if (corner.texcoord < 0 && !is_there(corner.texcoord, texcoords_)) notes_.add(kUnusedIndex, text_.line());
+    if (corner.texcoord <= 0 || static_cast<std::size_t>(corner.texcoord) <= last_texcoord_.index) return;
+    last_texcoord_ = {static_cast<std::size_t>(corner.texcoord), text_.line()};
   }
 
   ObjFaces& current_faces() {
     if (part_ == nullptr) {
       const auto [found, is_new] = part_indices_.try_emplace(key_, parts_.size());
-      if (is_new) parts_.push_back({key_.material, {{}, {}, text_.line()}});
+      if (is_new) parts_.push_back({key_.material, {{}, {}, {}, text_.line()}});
       if (parts_.size() > kMostParts) {
-        add_error("The file has more than " + std::to_string(kMostParts) + " groups: join some");
-        throw BrokenFile{std::move(errors_)};
+        throw BrokenFile{{{file_place(file_name_, text_.line()),
+                           "The file has more than " + std::to_string(kMostParts) + " groups: join some"}}};
       }
       part_ = &parts_[found->second];
     }
     return part_->faces;
   }
 
-  /// From 0. Files may name what comes later, so an index beyond what is there yet is looked at again in the end.
-  std::uint32_t resolve(Kind kind, std::int32_t index, std::size_t count) {
-    if (index > 0) {
-      const auto from_zero = static_cast<std::uint32_t>(index - 1);
-      if (from_zero >= count) forward_.push_back({kind, from_zero, text_.line()});
-      return from_zero;
-    }
-    if (static_cast<std::size_t>(-index) > count) {
-      add_error(what(kind) + ' ' + std::to_string(index) + " is out of range: before this line there are " +
-                std::to_string(count));
-      return 0;
-    }
-    return static_cast<std::uint32_t>(count - static_cast<std::size_t>(-index));
-  }
-
-  static std::string what(Kind kind) {
-    return kind == kPosition ? "Vertex" : kind == kNormal ? "Normal" : "Texture coordinate";
-  }
-
+  /// Files may name what comes later, so what wasn't there at its line is looked at again in the end.
   void check_forward_references() {
-    const std::size_t counts[] = {positions_.size(), texcoords_, normals_.size()};
     std::size_t last_line = 0;
     for (const ForwardReference& reference : forward_) {
-      if (reference.index < counts[reference.kind] || reference.line == last_line) continue;
+      if (reference.position < positions_.size() || reference.line == last_line) continue;
       last_line = reference.line;
-      add_error_at(reference.line, what(reference.kind) + ' ' + std::to_string(reference.index + 1ULL) +
-                                       " is out of range: the file has " + std::to_string(counts[reference.kind]));
+      lose(kNoVertex, reference.line,
+           "Vertex " + std::to_string(reference.position + 1ULL) + " is out of range: the file has " +
+               std::to_string(positions_.size()));
     }
+    if (last_line != 0) {
+      for (Part& part : parts_) drop_faces_without_vertices(part.faces);
+    }
+    if (last_texcoord_.index > texcoords_) notes_.add(kUnusedIndex, last_texcoord_.line);
+    for (Part& part : parts_) {
+      for (ObjCorner& corner : part.faces.corners) {
+        if (corner.normal == ObjCorner::kNoNormal || corner.normal < normals_.size()) continue;
+        corner.normal = ObjCorner::kNoNormal;
+        notes_.add(kUnusedIndex, part.faces.line);
+      }
+    }
+  }
+
+  void drop_faces_without_vertices(ObjFaces& faces) const {
+    ObjFaces kept{{}, {}, {}, faces.line};
+    const ObjCorner* next = faces.corners.data();
+    for (std::size_t i = 0; i < faces.sizes.size(); ++i) {
+      const std::span corners(next, faces.sizes[i]);
+      next += corners.size();
+      if (!std::ranges::all_of(corners, [&](ObjCorner c) { return c.position < positions_.size(); })) continue;
+      kept.corners.insert(kept.corners.end(), corners.begin(), corners.end());
+      kept.sizes.push_back(faces.sizes[i]);
+      kept.smoothing_groups.push_back(faces.smoothing_groups[i]);
+    }
+    faces = std::move(kept);
   }
 
   void note_unknown_materials() {
@@ -206,41 +294,63 @@ class ObjReader {
   }
 
   Imported finish() {
+    std::vector<ObjFaces*> meshes;
+    for (Part& part : parts_) meshes.push_back(&part.faces);
+    complete_normals(meshes, positions_, normals_, steps_);
     Imported result;
-    ObjMeshMaker maker(positions_, normals_, notes_);
+    ObjMeshMaker maker(positions_, normals_, notes_, steps_);
     for (Part& part : parts_) {
       const ObjFaces faces = std::exchange(part.faces, {});
       TriangleMesh mesh = maker.make(faces);
       if (!mesh.triangles.empty()) result.parts.push_back({std::move(mesh), libraries_.find(part.material)});
     }
-    note_unknown_materials();
-    if (result.parts.empty()) notes_.add("The file has no triangles");
+    if (result.parts.empty()) {
+      notes_.add("The file has no triangles");
+      if (has_faces_) refuse();
+    } else {
+      note_unknown_materials();
+    }
     result.materials = std::move(libraries_.materials);
     result.warnings = notes_.warnings();
     result.warnings.insert(result.warnings.end(), libraries_.warnings.begin(), libraries_.warnings.end());
     return result;
   }
 
+  /// Nothing is left of the file's faces.
+  [[noreturn]] void refuse() {
+    if (errors_.empty()) {
+      for (const SceneWarning& warning : notes_.warnings()) errors_.push_back({warning.pointer, warning.detail});
+    }
+    throw BrokenFile{std::move(errors_)};
+  }
+
+  Steps steps_;
   ObjText text_;
   std::string_view file_name_;
   ImportNotes notes_;
   MtlLibraries libraries_;
   std::vector<Vec3> positions_, normals_;
   std::size_t texcoords_ = 0;
+  struct {
+    std::size_t index, line;
+  } last_texcoord_{0, 0};  ///< The largest index from 1 that a corner names.
+  std::uint32_t smoothing_group_ = 0;
+  bool has_faces_ = false;  ///< Whether there is a face, usable or not.
   Key key_;
   std::map<Key, std::size_t> part_indices_;
   std::vector<Part> parts_;
   Part* part_ = nullptr;                     ///< Of `key_`; null until its next face.
   std::map<std::string, std::size_t> used_;  ///< Materials, and where they are named first.
   std::vector<WrittenCorner> written_;       ///< Of the face that is being read.
-  std::vector<ForwardReference> forward_;
+  std::vector<ForwardReference> forward_;    ///< To vertices that weren't there at their line.
   std::vector<FieldError> errors_;
 };
 
 }  // namespace
 
-Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions) {
-  return ObjReader(std::move(text), file_name, companions).read();
+Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions,
+                    std::stop_token stop) {
+  return ObjReader(std::move(text), file_name, companions, std::move(stop)).read();
 }
 
 }  // namespace tessera::proto

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -7,14 +8,18 @@
 
 namespace tessera::proto {
 
-/// Reads of an OBJ file v, vn, f, o, g, usemtl and mtllib. Throws `BrokenFile`, with up to `kMaxFieldErrors` errors.
+/// Reads of an OBJ file v, vn, f, s, o, g, usemtl and mtllib. Throws `BrokenFile`, with up to `kMaxFieldErrors` errors,
+/// when the file has faces and none of them can be used, or is no text.
 ///
-/// - Each object, group and material makes a mesh, in the order of first faces, with normals where every corner
-///   has one. Smoothing groups and texture coordinates are ignored, but that corners name coordinates which are there
-///   is checked; other statements are counted in a warning.
-/// - A missing MTL library, or a material that none has, is a warning; the mesh then has no material. Colours are
-///   linear. `d` is opacity: what a surface doesn't stop goes through, bent by Ni in the illumination models with
-///   refraction (4 to 7 and above 8); 3 to 7 mirror with Ks, 5 and 7 by Fresnel's equations.
-Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions);
+/// - Each object, group and material makes a mesh, in the order of first faces. Its normals are those that corners
+/// name;
+///   where they name none, the faces of a smoothing group share one at each position, other faces are flat.
+/// - Faces whose corners aren't written as such, or that name vertices that aren't there, are dropped; an index of a
+///   normal or texture coordinate that isn't there counts as none; a vertex whose numbers are no numbers keeps its
+///   place and costs its faces. All of it, and statements that have no meaning here, is counted in warnings.
+/// - A missing MTL library, or a material that none has, is a warning; the mesh then has no material.
+/// - Nothing of the text is quoted until it has given a face: it may be any file.
+Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions,
+                    std::stop_token stop = {});
 
 }  // namespace tessera::proto

@@ -1,6 +1,5 @@
 #include "proto/import/obj_part.h"
 
-#include <algorithm>
 #include <span>
 
 #include "proto/import/mesh_repair.h"
@@ -15,13 +14,6 @@ constexpr int kLongestSearch = 64;
 }  // namespace
 
 TriangleMesh ObjMeshMaker::make(const ObjFaces& faces) {
-  const auto without_normal = static_cast<std::size_t>(std::count_if(
-      faces.corners.begin(), faces.corners.end(), [](ObjCorner c) { return c.normal == ObjCorner::kNoNormal; }));
-  const bool has_normals = without_normal == 0;
-  if (without_normal != 0 && without_normal != faces.corners.size()) {
-    notes_.add("A mesh with normals at some of its corners only is shaded flat", faces.line);
-  }
-
   TriangleMesh mesh;
   mesh.triangles.reserve(faces.corners.size() - 2 * faces.sizes.size());
   std::vector<std::uint32_t> corners;
@@ -29,11 +21,11 @@ TriangleMesh ObjMeshMaker::make(const ObjFaces& faces) {
   for (const std::uint32_t size : faces.sizes) {
     corners.clear();
     for (const ObjCorner corner : std::span(next, size)) {
-      corners.push_back(vertex({corner.position, has_normals ? corner.normal : ObjCorner::kNoNormal}, mesh));
+      corners.push_back(vertex(corner, mesh));
     }
     next += size;
-    const Triangulated done = triangulate(mesh.positions, corners, mesh.triangles);
-    note_lost_polygon(done, corners.size(), notes_, faces.line);
+    if (!triangulate(mesh.positions, corners, mesh.triangles, steps_))
+      note_lost_polygon(corners.size(), notes_, faces.line);
   }
   for (const Vertex& v : vertices_) newest_[v.corner.position] = kNone;
   vertices_.clear();

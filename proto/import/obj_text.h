@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/abandoned.h"
+
 namespace tessera::proto {
 
 /// Walks through the lines of an OBJ or MTL file.
@@ -12,7 +14,7 @@ class ObjText {
  public:
   /// Puts blanks for comments behind faces and vertices, for carriage returns, for continued lines' ends, and for a
   /// byte order mark. Throws `BrokenFile` for UTF-16 and for bytes that are no text.
-  ObjText(std::string text, std::string_view file_name);
+  ObjText(std::string text, std::string_view file_name, Steps& steps);
 
   /// Moves to the next line, at first to the first one; false, and nothing moves, when there is none.
   bool next();
@@ -24,9 +26,9 @@ class ObjText {
   std::size_t line() const { return line_; }
 
  private:
-  void mend_line_ends();
-  void mend_comments();
-  void join_continued_lines();
+  void mend_line_ends(Steps& steps);
+  void mend_comments(Steps& steps);
+  void join_continued_lines(Steps& steps);
 
   std::string text_;
   std::string_view current_;

@@ -27,18 +27,18 @@ std::size_t coordinate_of(const PlyProperty& p) {
 template <typename Body>
 class PlyReader {
  public:
-  PlyReader(const PlyHeader& header, Body body, std::string_view file_name)
-      : header_(header), body_(body), file_name_(file_name), notes_(file_name) {}
+  PlyReader(const PlyHeader& header, Body body, std::string_view file_name, std::stop_token stop)
+      : steps_(std::move(stop)), header_(header), body_(body), file_name_(file_name), notes_(file_name) {}
 
   Imported read() {
     check_header();
     read_elements();
-    if (!errors_.empty()) throw BrokenFile{std::move(errors_)};
 
     Imported result;
     repair_mesh(mesh_, notes_);
     if (mesh_.triangles.empty()) {
       notes_.add("The file has no triangles");
+      if (has_faces_) refuse();
     } else {
       result.parts.push_back({std::move(mesh_), std::nullopt});
     }
@@ -49,6 +49,14 @@ class PlyReader {
  private:
   [[noreturn]] void fail(std::size_t line, std::string detail) const {
     throw BrokenFile{{{file_place(file_name_, line), std::move(detail)}}};
+  }
+
+  /// Nothing is left of the file's faces.
+  [[noreturn]] void refuse() {
+    if (errors_.empty()) {
+      for (const SceneWarning& warning : notes_.warnings()) errors_.push_back({warning.pointer, warning.detail});
+    }
+    throw BrokenFile{std::move(errors_)};
   }
 
   static bool holds_faces(const PlyElement& e) { return e.name == "face" || e.name == "tristrips"; }
@@ -62,7 +70,7 @@ class PlyReader {
       } else if (holds_faces(element)) {
         check_faces(element);
       } else {
-        notes_.add("The element \"" + element.name + "\" is ignored", element.line);
+        notes_.add("The element \"" + element.name.substr(0, 40) + "\" is ignored", element.line);
       }
     }
     if (!has_vertices) fail(0, "The file has no element \"vertex\"");
@@ -101,7 +109,8 @@ class PlyReader {
 
   void note_unused(const PlyElement& element, const std::string& names) {
     if (!names.empty())
-      notes_.add("Of the element \"" + element.name + "\" is ignored:" + names.substr(0, 200), element.line);
+      notes_.add("Of the element \"" + element.name.substr(0, 40) + "\" is ignored:" + names.substr(0, 200),
+                 element.line);
   }
 
   static std::uint64_t least_size(const PlyElement& element) {
@@ -116,7 +125,7 @@ class PlyReader {
     for (const PlyElement& element : header_.elements) {
       const std::uint64_t size = least_size(element);
       if (size != 0 && element.count > (std::numeric_limits<std::uint64_t>::max() - least) / size) {
-        fail(element.line, "The count of \"" + element.name + "\" is beyond any file");
+        fail(element.line, "The count of \"" + element.name.substr(0, 40) + "\" is beyond any file");
       }
       least += element.count * size;
     }
@@ -157,6 +166,7 @@ class PlyReader {
     if (element.properties.empty()) return;
     const std::uint64_t size = least_size(element);
     for (index_ = 0; index_ < element.count; ++index_) {
+      steps_.take();
       body_.expect_after(following + (element.count - index_ - 1) * size);
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         if (take(i)) continue;
@@ -195,16 +205,20 @@ class PlyReader {
     const auto list = static_cast<std::size_t>(
         std::find_if(element.properties.begin(), element.properties.end(), is_index_list) - element.properties.begin());
     const PlyProperty& property = element.properties[list];
+    has_faces_ |= element.count > 0;
     for_each(element, following, [&](std::size_t i) {
       if (i != list) return false;
       corners_.clear();
+      is_lost_ = false;
       for (std::uint64_t left = list_length(element, property); left > 0; --left) {
+        steps_.take();
         const std::int64_t index = body_.integer(property.type);
         if (are_strips && index == -1) {
           add_strip();
           corners_.clear();
         } else if (index < 0 || static_cast<std::uint64_t>(index) >= mesh_.positions.size()) {
           add_index_error(element, index);
+          corners_.push_back(kNoVertex);
         } else {
           corners_.push_back(static_cast<std::uint32_t>(index));
         }
@@ -214,31 +228,38 @@ class PlyReader {
     });
   }
 
+  /// Counts a loss, and keeps the first ones as errors: should nothing be left of the file, it is refused with them.
   void add_index_error(const PlyElement& element, std::int64_t index) {
+    if (!is_lost_) notes_.add("A face that names a vertex that isn't there was dropped", body_.line());
+    is_lost_ = true;
+    if (errors_.size() == kMaxFieldErrors) return;
     errors_.push_back({file_place(file_name_, body_.line()),
                        element.name + ' ' + std::to_string(index_) + " names vertex " + std::to_string(index) +
                            ", but the file has " + std::to_string(mesh_.positions.size()) + ", counted from 0"});
-    if (errors_.size() == kMaxFieldErrors) throw BrokenFile{std::move(errors_)};
   }
 
   void add_face() {
     if (corners_.size() < 3) {
-      if (errors_.empty()) notes_.add("A face with less than 3 corners was dropped", body_.line());
+      if (!is_lost_) notes_.add("A face with less than 3 corners was dropped", body_.line());
       return;
     }
-    const Triangulated done = triangulate(mesh_.positions, corners_, mesh_.triangles);
-    note_lost_polygon(done, corners_.size(), notes_, body_.line());
+    if (is_lost_) return;
+    if (!triangulate(mesh_.positions, corners_, mesh_.triangles, steps_))
+      note_lost_polygon(corners_.size(), notes_, body_.line());
   }
 
   /// Triangles that name a vertex twice only turn the strip or join it to the next: they are no loss.
   void add_strip() {
     for (std::size_t i = 2; i < corners_.size(); ++i) {
       const std::uint32_t a = corners_[i - 2], b = corners_[i - 1], c = corners_[i];
-      if (a == b || b == c || c == a) continue;
+      if (a == b || b == c || c == a || a == kNoVertex || b == kNoVertex || c == kNoVertex) continue;
       mesh_.triangles.push_back(i % 2 == 0 ? TriangleIndices{a, b, c} : TriangleIndices{b, a, c});
     }
   }
 
+  static constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
+
+  Steps steps_;
   const PlyHeader& header_;
   Body body_;
   std::string_view file_name_;
@@ -246,18 +267,20 @@ class PlyReader {
   bool has_normals_ = false;
   TriangleMesh mesh_;
   std::uint64_t index_ = 0;  ///< Of the element that is being read.
+  bool has_faces_ = false;   ///< Whether there is a face, usable or not.
+  bool is_lost_ = false;     ///< The face, or a part of the strip, that is being read.
   std::vector<std::uint32_t> corners_;
   std::vector<FieldError> errors_;
 };
 
 }  // namespace
 
-Imported import_ply(std::string_view bytes, std::string_view file_name) {
+Imported import_ply(std::string_view bytes, std::string_view file_name, std::stop_token stop) {
   const PlyHeader header = read_ply_header(bytes, file_name);
   if (header.encoding == PlyEncoding::ascii) {
-    return PlyReader(header, PlyTextBody(bytes, header, file_name), file_name).read();
+    return PlyReader(header, PlyTextBody(bytes, header, file_name), file_name, std::move(stop)).read();
   }
-  return PlyReader(header, PlyBinaryBody(bytes, header, file_name), file_name).read();
+  return PlyReader(header, PlyBinaryBody(bytes, header, file_name), file_name, std::move(stop)).read();
 }
 
 }  // namespace tessera::proto

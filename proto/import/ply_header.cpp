@@ -52,6 +52,11 @@ class HeaderReader {
     throw BrokenFile{{{file_place(file_name_, line_), detail}}};
   }
 
+  /// A word of the file, which may be any file until it has said its format.
+  std::string in_quotes(std::string_view word) const {
+    return has_format_ ? '"' + std::string(word.substr(0, 40)) + '"' : "This";
+  }
+
   /// Without its ending and the blanks before that.
   std::string_view next_line() {
     ++line_;
@@ -76,8 +81,8 @@ class HeaderReader {
     } else if (keyword == "property") {
       read_property(words);
     } else {
-      fail('"' + std::string(keyword.substr(0, 40)) +
-           "\" is no statement of a PLY header: format, element, property, comment or end_header is expected");
+      fail(in_quotes(keyword) +
+           " is no statement of a PLY header: format, element, property, comment or end_header is expected");
     }
     if (!words.next().empty()) fail("This statement has a word too many");
   }
@@ -105,7 +110,7 @@ class HeaderReader {
     if (element.name.empty() || !count) fail("An element has a name and a count");
     element.count = *count;
     for (const PlyElement& other : header_.elements) {
-      if (other.name == element.name) fail("The element \"" + element.name + "\" occurs twice");
+      if (other.name == element.name) fail(in_quotes(element.name) + " is the name of two elements");
     }
     header_.elements.push_back(std::move(element));
   }
@@ -114,7 +119,7 @@ class HeaderReader {
     const std::string_view word = words.next();
     const auto* found = std::find_if(kTypes.begin(), kTypes.end(),
                                      [&](const TypeName& t) { return word == t.old_name || word == t.new_name; });
-    if (found == kTypes.end()) fail('"' + std::string(word.substr(0, 40)) + "\" is no type of a PLY property");
+    if (found == kTypes.end()) fail(in_quotes(word) + " is no type of a PLY property");
     return found->type;
   }
 
@@ -132,7 +137,7 @@ class HeaderReader {
     if (property.name.empty()) fail("A property has a name");
     PlyElement& element = header_.elements.back();
     for (const PlyProperty& other : element.properties) {
-      if (other.name == property.name) fail("The property \"" + property.name + "\" occurs twice in its element");
+      if (other.name == property.name) fail(in_quotes(property.name) + " is the name of two properties of its element");
     }
     element.properties.push_back(std::move(property));
   }

@@ -1,19 +1,12 @@
 #include "proto/import/polygon.h"
 
+#include <array>
 #include <cmath>
+
+#include "proto/import/point_tree.h"
 
 namespace tessera::proto {
 namespace {
-
-/// A corner seen along the polygon's normal.
-struct Point {
-  double x, y;
-  bool operator==(const Point&) const = default;
-};
-
-/// Twice the area of the triangle; > 0 when it runs counter-clockwise. Differences of floats are exact in double
-/// unless their exponents are far apart, so the sign is wrong for slivers at most.
-double turn(Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
 /// Drops the coordinate along which a polygon is thinnest, so that its image runs counter-clockwise. The others
 /// stay as they are: points on a line stay on a line.
@@ -51,11 +44,12 @@ enum class Demand { clean, tolerant, convex, none };
 /// The polygon while ears are cut off: a ring of the corners that are left.
 class Ring {
  public:
-  explicit Ring(std::vector<Point> points) : points_(std::move(points)), left_(points_.size()) {
-    const auto n = static_cast<std::uint32_t>(points_.size());
-    for (std::uint32_t i = 0; i < n; ++i) corners_.push_back({(i + n - 1) % n, (i + 1) % n, false, false});
-    for (std::uint32_t i = 0; i < n; ++i) update(i);
-  }
+  Ring(std::vector<Point> points, Steps& steps)
+      : points_(std::move(points)),
+        corners_(ring_of(points_)),
+        in_the_way_(points_, not_convex(corners_), steps),
+        steps_(steps),
+        left_(points_.size()) {}
 
   /// Calls `emit(a, b, c)` for every triangle.
   template <typename Emit>
@@ -69,6 +63,7 @@ class Ring {
       // Cutting an ear makes ears of its neighbours at most, so only they are asked again.
       for (std::size_t next = 0; next < candidates.size() && left_ > 3; ++next) {
         const std::uint32_t tip = candidates[next];
+        steps_.take();
         if (corners_[tip].gone || !is_ear(tip, demand)) continue;
         const Corner ear = corners_[tip];
         emit(ear.before, tip, ear.after);
@@ -90,15 +85,35 @@ class Ring {
     bool gone;
   };
 
+  static std::vector<Corner> ring_of(std::span<const Point> points) {
+    const auto n = static_cast<std::uint32_t>(points.size());
+    std::vector<Corner> corners;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t before = (i + n - 1) % n, after = (i + 1) % n;
+      corners.push_back({before, after, turn(points[before], points[i], points[after]) > 0, false});
+    }
+    return corners;
+  }
+
+  static std::vector<bool> not_convex(std::span<const Corner> corners) {
+    std::vector<bool> result;
+    for (const Corner& corner : corners) result.push_back(!corner.convex);
+    return result;
+  }
+
   double turn_at(std::uint32_t i) const {
     return turn(points_[corners_[i].before], points_[i], points_[corners_[i].after]);
   }
 
-  void update(std::uint32_t i) { corners_[i].convex = turn_at(i) > 0; }
+  void update(std::uint32_t i) {
+    corners_[i].convex = turn_at(i) > 0;
+    corners_[i].convex ? in_the_way_.erase(i) : in_the_way_.insert(i);
+  }
 
   void remove(std::uint32_t i) {
     const Corner corner = corners_[i];
     corners_[i].gone = true;
+    in_the_way_.erase(i);
     corners_[corner.before].after = corner.after;
     corners_[corner.after].before = corner.before;
     update(corner.before);
@@ -112,10 +127,9 @@ class Ring {
     if (points_[corner.before] == points_[corner.after]) return true;  // Out and back: nothing lies between.
     if (demand == Demand::tolerant ? !(turn_at(tip) >= 0) : !corner.convex) return false;
     if (demand == Demand::convex) return true;
-    for (std::uint32_t i = corners_[corner.after].after; i != corner.before; i = corners_[i].after) {
-      if (!corners_[i].convex && is_in_the_way(i, tip, demand)) return false;
-    }
-    return true;
+    return !in_the_way_.any_in({points_[corner.before], points_[tip], points_[corner.after]}, [&](std::uint32_t i) {
+      return i != corner.before && i != tip && i != corner.after && is_in_the_way(i, tip, demand);
+    });
   }
 
   bool is_in_the_way(std::uint32_t i, std::uint32_t tip, Demand demand) const {
@@ -138,6 +152,8 @@ class Ring {
 
   std::vector<Point> points_;
   std::vector<Corner> corners_;
+  PointTree in_the_way_;  ///< The corners that are left and aren't convex.
+  Steps& steps_;
   std::size_t left_;
 };
 
@@ -152,18 +168,17 @@ Vec3d area_vector(std::span<const Vec3> positions, std::span<const std::uint32_t
   return sum;
 }
 
-Triangulated triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t> corners,
-                         std::vector<TriangleIndices>& triangles) {
+bool triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t> corners,
+                 std::vector<TriangleIndices>& triangles, Steps& steps) {
+  steps.take(corners.size());
   for (const std::uint32_t corner : corners) {
-    if (!(max_component(abs(positions[corner])) <= kLargestCoordinate) || !is_finite(positions[corner])) {
-      return Triangulated::not_finite;
-    }
+    if (!(max_component(abs(positions[corner])) <= kLargestCoordinate) || !is_finite(positions[corner])) return false;
   }
   const auto add_fan = [&] {
     for (std::size_t i = 2; i < corners.size(); ++i) {
       triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
-    return Triangulated::yes;
+    return true;
   };
   if (corners.size() == 3) return add_fan();
 
@@ -171,7 +186,6 @@ Triangulated triangulate(std::span<const Vec3> positions, std::span<const std::u
   if (!(max_component(abs(normal)) > 0)) return add_fan();
   const Projection flat(normal);
   if (is_fan(positions, corners, flat)) return add_fan();
-  if (corners.size() > kMostCornersToCut) return Triangulated::too_many_corners;
 
   std::vector<std::uint32_t> distinct;
   std::vector<Point> points;
@@ -181,10 +195,10 @@ Triangulated triangulate(std::span<const Vec3> positions, std::span<const std::u
     distinct.push_back(corners[i]);
     points.push_back(flat(positions[corners[i]]));
   }
-  Ring(std::move(points)).cut([&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  Ring(std::move(points), steps).cut([&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     triangles.push_back({distinct[a], distinct[b], distinct[c]});
   });
-  return Triangulated::yes;
+  return true;
 }
 
 }  // namespace tessera::proto

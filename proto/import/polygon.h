@@ -6,17 +6,9 @@
 #include <vector>
 
 #include "core/geometry/triangle_mesh.h"
+#include "proto/abandoned.h"
 
 namespace tessera::proto {
-
-/// A polygon with more corners that isn't a plain fan is refused: cutting takes time in their square.
-inline constexpr std::size_t kMostCornersToCut = 4096;
-
-enum class Triangulated {
-  yes,
-  not_finite,        ///< A corner is NaN, infinite or beyond `kLargestCoordinate`; nothing was added.
-  too_many_corners,  ///< Concave with more than `kMostCornersToCut` corners; nothing was added.
-};
 
 /// Cuts a simple polygon, flat or nearly so, convex or not, into triangles that tile it, turned like it, and appends
 /// them. Needs at least 3 corners, all in range of `positions`.
@@ -26,8 +18,11 @@ enum class Triangulated {
 /// of their predecessor are left out. A fan from the first corner where that tiles the polygon (always when it is
 /// convex), otherwise ear clipping (Meisters 1975; tests as in Held 2001, "FIST"). A polygon that crosses itself
 /// still gives n − 2 triangles over its corners, some of them turned over.
-Triangulated triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t> corners,
-                         std::vector<TriangleIndices>& triangles);
+///
+/// Takes at most some n steps, each a search for corners in a triangle. False, and nothing is added, with a corner that
+/// is NaN, infinite or beyond `kLargestCoordinate`.
+bool triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t> corners,
+                 std::vector<TriangleIndices>& triangles, Steps& steps);
 
 /// Twice the area vector by Newell's method (Sutherland et al. 1974): along the normal of the side from which the
 /// corners run counter-clockwise. Zero for a polygon without area; NaN or infinite with a corner that is.

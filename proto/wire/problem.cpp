@@ -34,8 +34,7 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::job_already_ended, "job_already_ended", 409, "The job has already ended",
                  "The job is completed, failed or canceled, so there is nothing left to cancel."},
     ProblemEntry{ProblemCode::image_gone, "image_gone", 410, "The image is gone",
-                 "The image gave way to those of younger jobs: the server keeps as many as its memory for images "
-                 "holds. Submit the job again and fetch its image soon after it has ended."},
+                 "The job has ended, and its image gave way to those of newer jobs. Submit the job again for it."},
     ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large",
                  "The body is larger than the server takes here; GET /v1/capabilities tells the limits, and who runs "
                  "the server can raise them."},
@@ -59,9 +58,9 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::out_of_memory_budget, "out_of_memory_budget", 503, "The server is short of memory",
                  "What the server may spend on documents, images or this request is spent at the moment. Try again "
                  "later, or send less."},
-    ProblemEntry{
-        ProblemCode::not_ready, "not_ready", 503, "The server takes no jobs now",
-        "Jobs that haven't ended leave no room for another one. Send jobs elsewhere, or when some have ended."},
+    ProblemEntry{ProblemCode::not_ready, "not_ready", 503, "The server takes no jobs now",
+                 "The jobs that haven't ended are as many, or their images as large, as the server takes. It is ready "
+                 "again when some have ended."},
     ProblemEntry{ProblemCode::shutting_down, "shutting_down", 503, "The server is shutting down",
                  "The server is about to stop and takes nothing new. Try again when it, or another one, is up."},
     ProblemEntry{ProblemCode::not_implemented, "not_implemented", 501, "The server can not do this",

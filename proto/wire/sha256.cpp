@@ -62,12 +62,13 @@ ContentHash content_hash(std::string_view text) {
   return hash.finish();
 }
 
-std::optional<ContentHash> hash_file(const std::filesystem::path& path) {
+std::optional<ContentHash> hash_file(const std::filesystem::path& path, const std::stop_token& stop) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   Sha256 hash;
   std::vector<char> chunk(kFileChunk);
   while (file) {
+    if (stop.stop_requested()) return std::nullopt;
     file.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
     hash.update(std::string_view(chunk.data(), static_cast<std::size_t>(file.gcount())));
   }

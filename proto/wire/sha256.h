@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -36,7 +37,7 @@ class Sha256 {
 
 ContentHash content_hash(std::string_view text);
 
-/// The hash of a whole file; nothing when it can't be read to its end.
-std::optional<ContentHash> hash_file(const std::filesystem::path& path);
+/// The hash of a whole file; nothing when it can't be read to its end, or a stop is requested before that.
+std::optional<ContentHash> hash_file(const std::filesystem::path& path, const std::stop_token& stop = {});
 
 }  // namespace tessera::proto

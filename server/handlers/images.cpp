@@ -100,7 +100,7 @@ Response fetch_image(Services& services, Request& request) {
     return response;
   }
   if (!image) {
-    FileBudget::leave_quick_lane();
+    if (FileBudget::is_limited()) throw TooHeavy{};  // Encoding, and waiting for it, is for the slow lane.
     const auto make = [&](const std::stop_token& unwanted) {
       EncodedImage made = encode_picture(picture, unwanted);
       spdlog::debug("job {}: encoded as {}", job->id, choice->format.name);

@@ -84,16 +84,20 @@ std::optional<std::size_t> read_limit(const Request& request) {
 Response post_job(Services& services, Request& request) {
   auto job = proto::parse_job(request.body, services.blobs, services.config.documents, request.abandoned);
   if (!job) return problem_response(job.problem());
-  if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
-  if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
   const auto scene = scene_of(services.scenes, *job, request.abandoned);
   if (!scene) return problem_response(scene.problem());
+  if (const auto problem = take_image(*scene->scene, services.config.documents, *job))
+    return problem_response(*problem);
+  if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
+  if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
 
   const JobOrder order{job->name, scene->hash, scene->scene->warnings.size(), job->settings};
   const auto admitted = services.jobs.add(order);
   if (!admitted) return problem_response(admitted.problem());
   const std::optional<Camera>& camera = job->camera ? job->camera : scene->scene->camera;
-  services.runner.start(*admitted, order, scene->scene, camera ? *camera : frame_scene(*scene->scene));
+  services.runner.start(
+      *admitted, order, scene->scene,
+      frame_scene(*scene->scene, job->settings.width, job->settings.height, camera.value_or(kUnplacedCamera)));
 
   const auto view = services.jobs.find(admitted->id);
   Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());

@@ -1,6 +1,7 @@
 """The way of a scene over HTTP: in, rendered, watched, fetched."""
 
 import hashlib
+import math
 import os
 import struct
 import subprocess
@@ -85,6 +86,20 @@ class ApiTest(unittest.TestCase):
             self.assertIn(reply.status, (200, 201), reply.body)
             answers.append(reply.json())
         self.assertEqual([answer["primitives"] for answer in answers], [2, 2])
+
+    def test_an_nff_file_sizes_the_image_unless_the_job_does(self):
+        with open(os.path.join(self.assets.name, "ball.nff"), "w", encoding="ascii") as file:
+            file.write("v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 24 16\nl 5 5 5\ns 0 0 0 1\n")
+        scene = {"objects": [{"type": "file", "path": "ball.nff"}]}
+        by_hash = self.daemon.request("POST", "/v1/scenes", scene).json()["scene"]
+        for named in (scene, by_hash):
+            status = self.daemon.status(self.render({"scene": named}))
+            self.assertEqual((status["width"], status["height"]), (24, 16))
+            status = self.daemon.status(self.render({"scene": named, "image": {"width": 8, "height": 9}}))
+            self.assertEqual((status["width"], status["height"]), (8, 9))
+            refused = self.daemon.request("POST", "/v1/jobs", {"scene": named, "settings": {"samples": 4294967295}})
+            self.assertEqual(refused.status, 422, refused.body)
+            self.assertEqual(refused.json()["errors"][0]["pointer"], "/settings/samples")
 
     def test_a_large_upload_waits_for_100_continue(self):
         blob = os.urandom(3 << 20)
@@ -245,6 +260,16 @@ class ApiTest(unittest.TestCase):
         self.assertGreater(stats["mrays_per_second"], 0)
         status = self.daemon.status(job)
         self.assertEqual((status["tiles_done"], status["samples_done"]), (64, 64 * 64 * 2))
+
+    def test_a_scene_is_framed_whatever_the_images_aspect(self):
+        cameras = [{}, {"camera": {"type": "orthographic"}}, {"camera": {"type": "perspective", "direction": [1, 0, 1]}}]
+        for camera in cameras:
+            for width, height in [(100, 400), (400, 100), (100, 100)]:
+                with self.subTest(f"{camera}, {width} x {height}"):
+                    job = self.render({"scene": SPHERE, "image": {"width": width, "height": height}, **camera})
+                    hits = self.get(f"/v1/jobs/{job}/stats").json()["rays"]["camera_hits"]
+                    # A sphere's disc that leaves 4% of 100 pixels free on either side.
+                    self.assertAlmostEqual(hits / (math.pi * 46**2), 1, delta=0.03)
 
     def test_where_nothing_projects_nothing_is_built(self):
         camera = {"type": "perspective", "from": [0, 0, 9], "at": [0, 0, 99], "fov": 60}

@@ -5,6 +5,7 @@ import json
 import os
 import pty
 import re
+import resource
 import select
 import signal
 import subprocess
@@ -15,6 +16,7 @@ import unittest
 from daemon import ENDED, Daemon
 
 OK, JOB_FAILED, USAGE, REFUSED, UNREACHABLE, LOCAL_FILE = range(6)
+INTERRUPTED, READER_HAS_GONE = 130, 141
 PNG = b"\x89PNG\r\n\x1a\n"
 HIDDEN_CONTROL = re.compile(r"[\x00-\x09\x0b-\x1f\x7f]")
 
@@ -54,23 +56,29 @@ class ClientTest(unittest.TestCase):
     def environment(self, server):
         return {**os.environ, "TESSERA_SERVER": server or self.daemon.url}
 
-    def tessera(self, *arguments, code=OK, stdin="", server=None):
+    def tessera(self, *arguments, code=OK, stdin="", server=None, **more):
         """Runs the tool with nothing that is a terminal, in the test's folder; checks its exit code."""
+        outputs = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, **more}
         done = subprocess.run(
             [os.environ["TESSERA"], *arguments],
             cwd=self.folder,
             input=stdin,
             env=self.environment(server),
-            capture_output=True,
-            text=True,
             timeout=120,
             check=False,
+            **outputs,
         )
         self.assertEqual(done.returncode, code, f"{arguments}\nstdout: {done.stdout}\nstderr: {done.stderr}")
         return done
 
     def submit(self, document, *arguments):
         return self.tessera("submit", self.write("submitted.json", document), *arguments).stdout.strip()
+
+    def jobs(self):
+        return {job["id"]: job for job in self.daemon.request("GET", "/v1/jobs?limit=1000").json()["jobs"]}
+
+    def blobs(self):
+        return os.listdir(os.path.join(self.daemon.data_dir, "blobs"))
 
     def submit_endless(self):
         job = self.submit(ENDLESS)
@@ -160,6 +168,9 @@ class Commands(ClientTest):
         self.write("scene.json", SPHERE)
         done = self.tessera("render", "scene.json", "-o", "a.png", "--size", "8x8", "--aov", "normal")
         self.assertRegex(done.stderr, r"(?m)^note: a\.png holds the colour; 'tessera fetch \S+ --aov NAME -o FILE'")
+        (job,) = re.findall(r"tessera delete (\S+)'", done.stderr)
+        self.tessera("fetch", job, "--aov", "normal", "-o", "normal.exr")
+        self.tessera("delete", job)
 
     def test_render_writes_recorded_aovs_into_one_exr(self):
         self.write("scene.json", SPHERE)
@@ -191,10 +202,144 @@ class Commands(ClientTest):
             done = self.tessera("plan", waiting, server=daemon.url)
             self.assertEqual(done.stdout, "not planned yet\n")
 
+    def test_list_chooses(self):
+        with Daemon("--threads", "1") as daemon:
+            names = [f"n{i}" for i in range(4)]
+            ids = [daemon.submit({"scene": SPHERE, "name": name, "image": {"width": 4, "height": 4}}) for name in names]
+            for job in ids:
+                daemon.wait_ended(job)
+            endless = daemon.submit(ENDLESS)
+
+            def listed(*arguments):
+                text = self.tessera("list", *arguments, server=daemon.url).stdout
+                rows = json.loads(self.tessera("list", "--json", *arguments, server=daemon.url).stdout)
+                self.assertEqual([line.split()[0] for line in text.splitlines()[1:]], [row["id"] for row in rows])
+                return [row["id"] for row in rows]
+
+            self.assertEqual(listed(), [*ids, endless])
+            self.assertEqual(listed("--limit", "2"), [ids[-1], endless])
+            self.assertEqual(listed("--state", "completed"), ids)
+            self.assertEqual(listed("--state", "completed", "--limit", "1"), ids[-1:])
+            self.assertEqual(listed("--state", "failed,canceled"), [])
+            self.tessera("list", "--state", "done", code=USAGE, server=daemon.url)
+            for limit in ("0", "-3", "x"):
+                self.tessera("list", "--limit", limit, code=USAGE, server=daemon.url)
+
+    def test_jobs_by_the_beginning_of_their_ids(self):
+        with Daemon("--threads", "1") as daemon:
+            self.tessera("watch", "@latest", code=REFUSED, server=daemon.url)
+            ids = [daemon.submit({"scene": SPHERE, "image": {"width": 4, "height": 4}}) for _ in range(2)]
+            common = os.path.commonprefix(ids)
+            for job in ids:
+                unique = job[: len(common) + 1]
+                self.tessera("watch", unique, server=daemon.url)
+                self.tessera("fetch", unique, "-o", "a.png", server=daemon.url)
+            refused = self.tessera("cancel", common, code=USAGE, server=daemon.url)
+            for job in ids:
+                self.assertIn(f"  {job}: completed", refused.stderr)
+            error = json.loads(self.tessera("delete", common, "--json", code=USAGE, server=daemon.url).stderr)["error"]
+            self.assertEqual([place["pointer"] for place in error["errors"]], ids)
+            latest = json.loads(self.tessera("watch", "@latest", "--json", server=daemon.url).stdout)
+            self.assertEqual(latest["id"], ids[1])
+            self.tessera("delete", "@latest", server=daemon.url)
+            self.tessera("stats", ids[1], code=REFUSED, server=daemon.url)
+            self.tessera("stats", "", code=REFUSED, server=daemon.url)
+
+    def test_render_leaves_nothing_behind(self):
+        scene = self.write("scene.json", SPHERE)
+        before = self.jobs()
+        answer = json.loads(self.tessera("render", scene, "--size", "8x8", "--json").stdout)
+        self.assertFalse(answer["kept"])
+        self.tessera("render", scene, "--size", "8x8", "--aov", "depth", "-o", "a.exr")
+        self.assertEqual(self.jobs(), before)
+        answer = json.loads(self.tessera("render", scene, "--size", "8x8", "--json", "--keep").stdout)
+        self.assertTrue(answer["kept"])
+        self.assertEqual(self.jobs().keys() - before.keys(), {answer["id"]})
+        self.tessera("fetch", answer["id"], "-o", "b.png")
+
+    def test_render_keeps_what_it_counted(self):
+        done = self.tessera("render", self.write("scene.json", SPHERE), "--size", "8x8", "--count-tests")
+        (job,) = re.findall(r"tessera delete (\S+)'", done.stderr)
+        self.assertRegex(self.tessera("stats", job).stdout, r"(?m)^tests\n")
+
+    def test_render_keeps_a_job_whose_image_it_cant_save(self):
+        scene = self.write("scene.json", SPHERE)
+        done = self.tessera("render", scene, "--size", "8x8", "-o", "/dev/full", "--format", "png", code=LOCAL_FILE)
+        self.assertIn("/dev/full: No space left", done.stderr)
+        (job,) = re.findall(r"note: job (\S+) is kept; 'tessera fetch", done.stderr)
+        self.tessera("fetch", job, "-o", "a.png")
+        self.assertTrue(self.read("a.png").startswith(PNG))
+
+    def test_an_image_on_stdout(self):
+        scene = self.write("scene.json", SPHERE)
+        done = self.tessera("render", scene, "--size", "8x8", "-o", "-", stdin=b"", text=False)
+        self.assertTrue(done.stdout.startswith(PNG))
+        self.assertTrue(done.stdout.endswith(b"IEND\xaeB`\x82"))
+        self.assertRegex(done.stderr, rb"(?m)^-: 8x8 in ")
+        done = self.tessera("render", scene, "--size", "8x8", "-o", "-", "--format", "hdr", "--json", stdin=b"", text=False)
+        self.assertTrue(done.stdout.startswith(b"#?RADIANCE"))
+        self.assertEqual(json.loads(done.stderr.splitlines()[-1])["state"], "completed")
+        job = self.submit(SPHERE, "--size", "8x8")
+        self.tessera("watch", job)
+        fetched = self.tessera("fetch", job, "-o", "-", stdin=b"", text=False)
+        self.assertTrue(fetched.stdout.startswith(PNG))
+        self.assertEqual(fetched.stderr, b"")
+        self.assertNotIn("-", os.listdir(self.folder))
+
+    def test_no_image_on_a_terminal(self):
+        ours, theirs = pty.openpty()
+        before = self.jobs()
+        done = self.tessera("render", self.write("scene.json", SPHERE), "-o", "-", code=USAGE, stdout=theirs)
+        self.assertIn("terminal", done.stderr)
+        self.assertEqual(self.jobs(), before)
+        os.close(ours)
+        os.close(theirs)
+
+    def interrupt(self, *arguments, is_ready):
+        """Runs the tool and interrupts it as soon as `is_ready(process)`; what it said on stderr."""
+        process = subprocess.Popen(
+            [os.environ["TESSERA"], *arguments],
+            cwd=self.folder,
+            env=self.environment(None),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        with process:
+            while not is_ready(process):
+                pass
+            process.send_signal(signal.SIGINT)
+            stdout, stderr = process.communicate(timeout=120)
+        self.assertEqual((process.returncode, stdout), (INTERRUPTED, ""), stderr)
+        return stderr
+
+    def test_interrupted_it_says_how_to_end_the_job(self):
+        scene = self.write("job.json", ENDLESS)
+        said = []
+        stderr = self.interrupt("render", scene, is_ready=lambda p: said.append(p.stderr.readline()) or len(said) == 2)
+        job = said[0].split()[-1]
+        self.addCleanup(self.daemon.request, "POST", f"/v1/jobs/{job}/cancel")
+        message = f"job {job} goes on; 'tessera cancel {job}' ends it"
+        self.assertTrue(stderr.endswith(message + "\n"), stderr)
+        self.assertNotIn(self.daemon.status(job)["state"], ENDED)
+
+        stderr = self.interrupt("watch", job, is_ready=lambda p: p.stderr.readline())
+        self.assertTrue(stderr.endswith(message + "\n"), stderr)
+
+        def catches_sigint(process):
+            with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
+                caught = int(re.search(r"SigCgt:\s*(\w+)", status.read())[1], 16)
+            return caught >> (signal.SIGINT - 1) & 1
+
+        error = json.loads(self.interrupt("watch", job, "--json", is_ready=catches_sigint))["error"]
+        self.assertEqual((error["kind"], error["message"], error["job"]), ("interrupted", message, job))
+
     def test_cancel_then_watch_then_delete(self):
         job = self.submit_endless()
         self.daemon.wait_until(job, lambda status: status["tiles_done"] > 0)
-        self.tessera("fetch", job, "-o", "part.png", code=REFUSED)
+        early = self.tessera("fetch", job, "-o", "part.png", code=REFUSED)
+        self.assertIn("--partial fetches the image so far", early.stderr)
+        self.assertNotIn("?partial", early.stderr)
         self.tessera("fetch", job, "-o", "part.png", "--partial")
         self.assertTrue(self.read("part.png").startswith(PNG))
         self.tessera("delete", job, code=REFUSED)
@@ -241,6 +386,50 @@ class Scenes(ClientTest):
         self.tessera("render", "triangle.obj", "-o", "grey.png", "--size", "32x32")
         self.assertNotEqual(self.read("red.png"), self.read("grey.png"))
 
+    def test_obj_brings_libraries_however_they_are_named(self):
+        for statement in (
+            "mtllib my mat.mtl", 'mtllib "my mat.mtl"', "mtllib sub\\plain.mtl", "MtlLib\tTOP.mtl # red",
+            "mtllib \\\n  top.mtl", "mtllib C:\\Users\\bob\\top.mtl", "mtllib /home/bob/top.mtl", "mtllib ./top.mtl",
+            "mtllib ../top.mtl", "mtllib none/top.mtl", "mtllib top.mtl\r", "mtllib top.mtl top.mtl\nmtllib top.mtl",
+        ):
+            with self.subTest(statement=statement):
+                for name in ("my mat.mtl", "sub/plain.mtl", "top.mtl"):
+                    self.write(name, COLOURS)
+                self.write("a.obj", "\ufeff" + statement + RED_TRIANGLE[RED_TRIANGLE.index("\n") :])
+                answer = json.loads(self.tessera("render", "a.obj", "--size", "8x8", "--json").stdout)
+                self.assertEqual(answer["warnings"], 0)
+
+    def test_nothing_from_outside_the_documents_folder_is_sent(self):
+        secret = self.write("secret.mtl", COLOURS)
+        outside = self.write("outside.ply", "ply\nformat ascii 1.0\nend_header\n")
+        self.write("in/a.obj", RED_TRIANGLE.replace("colours.mtl", "../secret.mtl") + f"mtllib {secret}\n")
+        before = set(self.blobs())
+        done = self.tessera("submit", "in/a.obj", "--size", "8x8")
+        self.assertRegex(done.stderr, r"(?m)^note: the material library .*secret\.mtl lies outside.*--allow-outside")
+        self.assertEqual(len(set(self.blobs()) - before), 1, "more than the OBJ was sent")
+        done = self.tessera("submit", "in/a.obj", "--size", "8x8", "--allow-outside")
+        self.assertEqual(done.stderr, "")
+
+        os.symlink(outside, os.path.join(self.folder, "in/link.ply"))
+        for path in (outside, "../outside.ply", "link.ply"):
+            self.write("in/scene.json", {"objects": [{"type": "file", "path": path}]})
+            before = self.blobs()
+            done = self.tessera("submit", "in/scene.json", code=LOCAL_FILE)
+            self.assertIn(f"/scene/objects/0/path: {path} lies outside", done.stderr)
+            self.assertIn("--allow-outside", done.stderr)
+            self.assertEqual(self.blobs(), before)
+
+    def test_files_of_other_kinds_are_called_what_they_are(self):
+        self.write("scene.gltf", {"asset": {"version": "2.0"}})
+        self.write("cube.stl", "solid cube\nfacet normal 0 0 1\n")
+        for name, kind in (("scene.gltf", "a glTF file"), ("cube.stl", "an STL file")):
+            done = self.tessera("render", name, code=LOCAL_FILE)
+            self.assertEqual(done.stderr, f"tessera: {name} is {kind}; known are JSON documents, OBJ, PLY and NFF\n")
+        done = self.tessera("render", "-", code=LOCAL_FILE, stdin="solid cube\nfacet normal 0 0 1\n")
+        self.assertIn("tessera: standard input is an STL file; ", done.stderr)
+        self.write("triangle.txt", RED_TRIANGLE)
+        self.tessera("render", "triangle.txt", "--size", "8x8")
+
     def test_warnings_are_told_with_the_files_path(self):
         self.write("meshes/triangle.obj", RED_TRIANGLE + "f 1 1 2\n")
         self.write("meshes/colours.mtl", COLOURS)
@@ -275,7 +464,7 @@ class Scenes(ClientTest):
             done = self.tessera("submit", self.write("s.json", SPHERE), server=url)
             server.shutdown()
         self.assertEqual(done.stdout.strip(), status["id"])
-        self.assertIn("warning: there are 3, which the server doesn't tell: ", done.stderr)
+        self.assertIn("note: there are 3 warnings, which the server doesn't tell: ", done.stderr)
 
     def test_files_are_found_from_the_documents_folder(self):
         self.write("there/meshes/colours.mtl", COLOURS)
@@ -384,6 +573,106 @@ class Refusals(ClientTest):
         self.tessera("render", scene, "-o", "no/such/folder/a.png", code=LOCAL_FILE)
         jobs_after = len(self.daemon.request("GET", "/v1/jobs").json()["jobs"])
         self.assertEqual(jobs_before, jobs_after, "a job was submitted whose image can't be written")
+
+
+    def test_arguments_that_are_too_many_stand_in_their_order(self):
+        for arguments in (["list", "b", "a"], ["fetch", "id", "-o", "x.png", "b", "a"]):
+            self.assertIn("too much was given: b a;", self.tessera(*arguments, code=USAGE).stderr)
+
+    def test_errors_as_json(self):
+        scene = self.write("s.json", SPHERE)
+        broken = self.write("broken.json", {"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": -1}]})
+        for arguments, code, kind in (
+            (["render"], USAGE, "usage"),
+            (["paint"], USAGE, "usage"),
+            (["render", scene, "--size", "12"], USAGE, "usage"),
+            (["submit", broken], REFUSED, "refused"),
+            (["plan", "none"], REFUSED, "refused"),
+            (["list", "--server", "http://127.0.0.1:1"], UNREACHABLE, "unreachable"),
+            (["render", "gone.json"], LOCAL_FILE, "local_file"),
+        ):
+            done = self.tessera(*arguments, "--json", code=code)
+            self.assertEqual(done.stdout, "", arguments)
+            error = json.loads(done.stderr)["error"]
+            self.assertEqual(error["kind"], kind, arguments)
+            self.assertTrue(error["message"], arguments)
+            if arguments == ["submit", broken]:
+                self.assertEqual(error["code"], "invalid_document")
+                self.assertEqual(error["errors"][0]["pointer"], "/scene/objects/0/radius")
+            else:
+                self.assertEqual(error["errors"], [], arguments)
+        job = self.submit_endless()
+        self.tessera("cancel", job)
+        error = json.loads(self.tessera("watch", job, "--json", code=JOB_FAILED).stderr)["error"]
+        self.assertEqual((error["kind"], error["job"]), ("job", job))
+
+    def test_stdout_that_cant_be_written(self):
+        job = self.submit(SPHERE, "--size", "8x8")
+        self.tessera("watch", job)
+        scene = self.write("s.json", SPHERE)
+        for arguments in (
+            ["list"], ["list", "--json"], ["plan", job], ["stats", job, "--json"], ["capabilities"], ["watch", job, "--json"],
+            ["--help"], ["render", "--help"], ["--version"], ["submit", scene], ["render", scene, "--size", "8x8"],
+            ["fetch", job, "-o", "-"],
+        ):
+            with self.subTest(arguments=arguments), open("/dev/full", "w") as full:
+                done = self.tessera(*arguments, code=LOCAL_FILE, stdout=full)
+                self.assertRegex(done.stderr, "can't write .*stdout: No space left")
+        closed = self.tessera("list", code=LOCAL_FILE, stdout=None, preexec_fn=lambda: os.close(1))
+        self.assertIn("can't write to stdout", closed.stderr)
+        self.tessera("cancel", job, code=REFUSED, stdout=None, preexec_fn=lambda: os.close(1))
+
+    def test_a_reader_that_has_gone_is_no_news(self):
+        for arguments in (["list"], ["capabilities", "--json"], ["--help"]):
+            reader, writer = os.pipe()
+            os.close(reader)
+            done = self.tessera(*arguments, code=READER_HAS_GONE, stdout=writer)
+            os.close(writer)
+            self.assertEqual(done.stderr, "")
+
+    def test_images_that_cant_be_written_leave_nothing(self):
+        job = self.submit(SPHERE, "--size", "64x64")
+        self.tessera("watch", job)
+        self.write("old.png", "old")
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+        for name in ("old.png", "new.png"):
+            done = self.tessera("fetch", job, "-o", name, code=LOCAL_FILE, preexec_fn=limit)
+            self.assertIn(f"can't write {name}: ", done.stderr)
+        self.assertEqual(self.read("old.png"), b"old")
+        self.assertNotIn("new.png", os.listdir(self.folder))
+        self.assertFalse([name for name in os.listdir(self.folder) if ".part" in name])
+
+    def test_names_of_others_cant_act_on_a_terminal(self):
+        name = "a\x1b]0;x\x07b\x7fc\u009b31md\u202ee\u2028f"
+        job = self.daemon.submit({"scene": SPHERE, "name": name, "image": {"width": 4, "height": 4}})
+        (line,) = [line for line in self.tessera("list").stdout.splitlines() if line.startswith(job)]
+        self.assertTrue(line.endswith("a?]0;x?b?c?31md?e?f"), line)
+        text = self.tessera("list", "--json").stdout
+        self.assertTrue(text.isascii())
+        self.assertNotRegex(text, HIDDEN_CONTROL)
+        (row,) = [row for row in json.loads(text) if row["id"] == job]
+        self.assertEqual(row["name"], name)
+        self.write("s.json", {"objects": [{"type": "file", "path": "x\x1b[2J.ply"}], "a\x1b[2J": 1})
+        for arguments in (["submit", "s.json"], ["plan", "x\x1b[2J"], ["render", "x\x1b[2J.json"], ["x\x1b[2J"]):
+            done = subprocess.run([os.environ["TESSERA"], *arguments], cwd=self.folder, env=self.environment(None),
+                                  capture_output=True, text=True, timeout=120, check=False)
+            self.assertNotEqual(done.returncode, OK)
+            self.assertNotRegex(done.stderr, HIDDEN_CONTROL)
+
+    def test_messages_speak_of_options(self):
+        job = self.submit(SPHERE, "--size", "8x8")
+        self.tessera("watch", job)
+        self.write("by_hash.json", {"scene": "sha256:" + "0" * 64})
+        self.write("by_blob.json", {"objects": [{"type": "file", "format": "ply", "blob": "sha256:" + "0" * 64}]})
+        self.write("by_path.json", {"objects": [{"type": "file", "path": "gone.ply"}]})
+        for arguments in (
+            ["fetch", job, "-o", "a.png", "--aov", "depth"], ["fetch", job, "-o", "a.png", "--aov", "none"],
+            ["fetch", job, "-o", "a.png", "--aov", "all"], ["fetch", job, "-o", "a", "--format", "bmp"],
+            ["plan", "none"], ["stats", "none"], ["cancel", job], ["watch", "none"], ["delete", "none"],
+            ["submit", "by_hash.json"], ["submit", "by_blob.json"], ["submit", "by_path.json"],
+        ):
+            told = self.tessera(*arguments, code=REFUSED).stderr
+            self.assertNotRegex(told, r"/v1/|\?[a-z]+=|\b(GET|PUT|POST|DELETE|HTTP)\b|image/|/settings/aovs|by blob", arguments)
 
 
 class Progress(ClientTest):

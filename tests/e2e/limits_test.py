@@ -56,12 +56,12 @@ class MemoryTest(unittest.TestCase):
         os.chmod(self.script, 0o755)
         return Daemon("--threads", "2", "--timeout", "5", *flags, program=self.script)
 
-    def send_until_refused(self, daemon, begin, repeated, most=64 * MIB):
+    def send_until_refused(self, daemon, begin, repeated=b"", times=64):
         """Whatever is answered, up to the end of the connection."""
         with connect(daemon) as connection:
             try:
                 connection.sendall(begin)
-                for _ in range(0, most, len(repeated)):
+                for _ in range(times):
                     connection.sendall(repeated)
             except OSError:  # Refused and closed.
                 pass
@@ -69,6 +69,10 @@ class MemoryTest(unittest.TestCase):
                 return read_all(connection)
             except OSError:
                 return b""
+
+    def post_and_close(self, daemon, body):
+        sent = whole_post(body, b"/v1/jobs").replace(b"\r\n\r\n", b"\r\nConnection: close\r\n\r\n", 1)
+        self.send_until_refused(daemon, sent)
 
     def attack(self, daemon):
         chunked = POST + b"Transfer-Encoding: chunked\r\n\r\n"
@@ -93,13 +97,11 @@ class MemoryTest(unittest.TestCase):
                 connection.close()
         for i in range(60):  # Many jobs, whose images and structures want memory.
             body = json.dumps({"scene": SPHERE, "image": {"width": 700 + i, "height": 700}}).encode()
-            self.send_until_refused(daemon, whole_post(body, b"/v1/jobs").replace(b"\r\n\r\n", b"\r\nConnection: close\r\n\r\n", 1),
-                                    b"", 0)
+            self.post_and_close(daemon, body)
         scene = json.loads(large_scene(20_000))
         for accel in ("wide", "bvh", "kd", "grid", "octree", "bsp"):
             body = json.dumps({"scene": scene, "settings": {"accel": accel}}).encode()
-            sent = whole_post(body, b"/v1/jobs").replace(b"\r\n\r\n", b"\r\nConnection: close\r\n\r\n", 1)
-            self.send_until_refused(daemon, sent, b"", 0)
+            self.post_and_close(daemon, body)
 
     def test_refuses_and_lives(self):
         for room in (8 * MIB, 64 * MIB, 300 * MIB):

@@ -1,29 +1,81 @@
-"""Every header compiles alone.
+"""Every header can be included first.
 
-A header that its own .cpp includes first is shown to by the build itself; only the others are compiled here.
+A header that its own .cpp includes first is shown to by the build itself, as far as the precompiled headers of libraries
+let it. Compiling each of the others alone would take a minute, so they are compiled in one go, forwards and backwards,
+and in all of them what they name is looked for in the text: names of the standard library, and types of the project.
 Usage: headers.py compile_commands.json
 """
 
-import concurrent.futures
+import collections
+import functools
 import json
-import os
 import re
 import shlex
 import subprocess
 import sys
 
 from sources import ROOT, files, report
+from standard_names import headers_of
 
-INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.MULTILINE)
+OWN = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
+FOREIGN = re.compile(r"^\s*#\s*include\s*<([^>]+)>", re.MULTILINE)
+NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
+TYPE = re.compile(r"^(?:class|struct|enum class) ([A-Z]\w+)[^;]*?\{|^using ([A-Z]\w+) =", re.MULTILINE)
+WORD = re.compile(r"(?<!::)\b[A-Z]\w+")
+STANDARD_NAME = re.compile(r"\bstd::(\w+)")
 
 
-def first_include(path):
-    match = INCLUDE.search(path.read_text()) if path.is_file() else None
-    return match.group(1) if match else None
+@functools.cache
+def text(path):
+    return (ROOT / path).read_text() if (ROOT / path).is_file() else ""
 
 
 def is_shown_by_its_source(header):
-    return first_include(ROOT / header.with_suffix(".cpp")) == header.as_posix()
+    first = re.search(r'^\s*#\s*include\s*["<]([^">]+)[">]', text(header.removesuffix(".h") + ".cpp"), re.MULTILINE)
+    return first is not None and first.group(1) == header
+
+
+@functools.cache
+def code(path):
+    """Without comments and strings."""
+    return NOT_CODE.sub("", text(path))
+
+
+@functools.cache
+def closure(path):
+    """The project's files that including `path` brings, itself among them, and the headers of others."""
+    own, foreign, to_read = set(), set(), [path]
+    while to_read:
+        at = to_read.pop()
+        if at not in own:
+            own.add(at)
+            foreign |= set(FOREIGN.findall(text(at)))
+            to_read += OWN.findall(text(at))
+    return own, foreign
+
+
+def missing_standard_headers(header):
+    _, brought = closure(header)
+    for name in sorted(set(STANDARD_NAME.findall(code(header)))):
+        if headers_of(name) and not headers_of(name) & brought:
+            yield f"{header}: std::{name} without <{'> or <'.join(sorted(headers_of(name)))}>"
+
+
+def homes_of_types(headers):
+    """The types of namespace scope, which stand at the start of a line, by the one header that defines them."""
+    homes = collections.defaultdict(set)
+    for header in headers:
+        for names in TYPE.findall(code(header)):
+            homes["".join(names)].add(header)
+    return {name: next(iter(where)) for name, where in homes.items() if len(where) == 1}
+
+
+def missing_own_headers(header, homes):
+    brought, _ = closure(header)
+    for name in sorted(set(WORD.findall(code(header))) & homes.keys()):
+        declares = re.search(rf"\b(?:class|struct|enum|using|typename|auto) {name}\b", code(header))
+        if homes[name] not in brought and not declares:
+            yield f"{header}: {name} without {homes[name]}"
 
 
 def compiler_and_flags(compile_commands):
@@ -41,23 +93,25 @@ def compiler_and_flags(compile_commands):
     return compiler, list(flags)
 
 
-def fault(header, command):
-    """The compiler's first complaint about `header` on its own; nothing when there is none."""
-    source = f'#include "{header.as_posix()}"\n'
+def fault(headers, command):
+    """The compiler's first complaint about the headers, one after the other; nothing when there is none."""
+    source = "".join(f'#include "{header}"\n' for header in headers)
     done = subprocess.run(command, input=source, cwd=ROOT, capture_output=True, text=True, check=False)
     if done.returncode == 0:
-        return None
-    return next((line for line in done.stderr.splitlines() if "error" in line), done.stderr)
+        return []
+    return [next((line for line in done.stderr.splitlines() if "error" in line), done.stderr)]
 
 
 def main():
     compiler, flags = compiler_and_flags(sys.argv[1])
-    command = [compiler, *flags, "-fsyntax-only", "-x", "c++", "-"]
-    headers = files([".h"])
+    headers = [header.as_posix() for header in files([".h"])]
+    homes = homes_of_types(headers)
+    findings = []
+    for header in headers:
+        findings += [*missing_standard_headers(header), *missing_own_headers(header, homes)]
     alone = [header for header in headers if not is_shown_by_its_source(header)]
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        complaints = pool.map(lambda header: fault(header, command), alone)
-    findings = [f"{header}: {why}" for header, why in zip(alone, complaints) if why]
+    command = [compiler, *flags, "-fsyntax-only", "-x", "c++", "-"]
+    findings += fault(alone, command) + fault(alone[::-1], command)
     report(findings, f"Headers on their own ({len(headers)}, of which {len(alone)} compiled here)")
 
 

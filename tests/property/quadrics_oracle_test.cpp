@@ -31,7 +31,7 @@ TYPED_TEST(QuadricOracle, Stress28_HitsAndDistancesAgreeWithWiderPrecision) {
       ++undecided;
       continue;
     }
-    const auto first = std::ranges::find_if(exact.all, [](const Crossing& c) { return c.t > 0; });
+    const auto first = std::ranges::find_if(exact.all, [](const ExactCrossing& c) { return c.t > 0; });
     const auto t = intersect(primitive, ray);
     if (first == exact.all.end()) {
       ++misses;

@@ -56,6 +56,28 @@ TEST(TransformError, LocalRaysStayWithinTheStatedError) {
   EXPECT_GT(worst, 0.05) << "the bound is far from what happens";
 }
 
+TEST(TransformError, OriginsStayWithinTheErrorOfTheirAxes) {
+  Wide worst = 0;
+  for (int seed = 0; seed < 20'000; ++seed) {
+    Random random(seed);
+    const auto placement = Transform::from_rows(random_rows(random));
+    if (!placement) continue;
+    for (int i = 0; i < 10; ++i) {
+      Vec3 origin;
+      for (int axis = 0; axis < 3; ++axis)
+        origin[axis] = static_cast<float>(random.magnitude(-3, 9) * random.uniform(-1, 1));
+      const Vec3d allowed = placement->origin_error(to_double(origin));
+      const Vec3w back = apply(placement->rows(), widen(placement->to_local({origin, {0, 0, 1}}).origin));
+      for (int axis = 0; axis < 3; ++axis) {
+        const Wide off = std::abs(back[axis] - origin[axis]);
+        ASSERT_LE(off, allowed[axis]) << "seed " << seed << " ray " << i;
+        worst = std::max(worst, off / allowed[axis]);
+      }
+    }
+  }
+  EXPECT_GT(worst, 0.05) << "the bound is far from what happens";
+}
+
 TEST(TransformError, PointsAndTheWayBackAgree) {
   for (int seed = 0; seed < 20'000; ++seed) {
     Random random(seed);

@@ -37,6 +37,32 @@ inline TriangleMesh icosphere(int levels, float radius = 1, Vec3 center = {}) {
   return mesh;
 }
 
+/// A ball of radius 1 with smooth normals: `around` × `rings` faces between the poles (0, 0, ±1), triangles at these.
+inline TriangleMesh smooth_ball(std::uint32_t around, std::uint32_t rings) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 1}};
+  for (std::uint32_t ring = 1; ring < rings; ++ring)
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const double down = 3.14159265358979 * ring / rings, turn = 2 * 3.14159265358979 * i / around;
+      mesh.positions.push_back(
+          to_float(Vec3d{std::sin(down) * std::cos(turn), std::sin(down) * std::sin(turn), std::cos(down)}));
+    }
+  mesh.positions.push_back({0, 0, -1});
+  const auto last = static_cast<std::uint32_t>(mesh.positions.size() - 1);
+  for (std::uint32_t i = 0; i < around; ++i) {
+    const std::uint32_t next = (i + 1) % around;
+    mesh.triangles.push_back({0, 1 + i, 1 + next});
+    for (std::uint32_t ring = 0; ring + 2 < rings; ++ring) {
+      const std::uint32_t above = 1 + ring * around, below = above + around;
+      mesh.triangles.push_back({above + i, below + i, below + next});
+      mesh.triangles.push_back({above + i, below + next, above + next});
+    }
+    mesh.triangles.push_back({last - around + i, last, last - around + next});
+  }
+  mesh.normals = mesh.positions;
+  return mesh;
+}
+
 /// The square [−1, 1]² at z = 0 as 2·n·n triangles.
 inline TriangleMesh grid_plane(std::uint32_t n) {
   TriangleMesh mesh;

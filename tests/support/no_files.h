@@ -10,7 +10,7 @@ class NoFiles : public FileSource {
   Result<SourceFile> blob(const ContentHash&) const override {
     return Problem{ProblemCode::not_found, "No blob has this hash.", {}};
   }
-  Result<SourceFile> asset(std::string_view) const override {
+  Result<SourceFile> asset(std::string_view, const std::stop_token&) const override {
     return Problem{ProblemCode::not_found, "There is no such file.", {}};
   }
 };

@@ -13,7 +13,7 @@
 namespace tessera {
 
 /// A crossing of a ray and a surface, in wider precision.
-struct Crossing {
+struct ExactCrossing {
   Wide t;
   /// The sine of the angle between ray and surface: t is known to the position's error divided by it.
   Wide steepness;
@@ -22,7 +22,7 @@ struct Crossing {
 /// All crossings at any t, ascending, and how far (metres) the ray would have to move for their number to change:
 /// the distance to the nearest silhouette or rim.
 struct Crossings {
-  std::vector<Crossing> all;
+  std::vector<ExactCrossing> all;
   Wide margin = 0;
 };
 
@@ -80,7 +80,7 @@ inline Crossings crossings(const Cone& cone, const Ray& ray) {
     const Vec3w normal{o.x + t * v.x, o.y + t * v.y, -slope * radius};
     out.all.push_back({(start + t) / scale, std::abs(dot(unit(normal), v))});
   }
-  std::ranges::sort(out.all, {}, &Crossing::t);
+  std::ranges::sort(out.all, {}, &ExactCrossing::t);
   return out;
 }
 

@@ -70,7 +70,7 @@ inline Wide determinant(std::array<Vec3, 2> u, std::array<Vec3, 2> v, std::array
 struct WideHit {
   Wide t = 0;
   std::uint32_t object = 0, primitive = 0;
-  Wide steepness = 1;  ///< As in `Crossing`.
+  Wide steepness = 1;  ///< As in `ExactCrossing`.
 
   auto operator<=>(const WideHit&) const = default;
 };
@@ -120,7 +120,7 @@ inline WideAnswer wide_trace(const Scene& scene, const Ray& world) {
     const Ray ray = o.placement ? o.placement->to_local(world) : world;
     const auto take = [&](const Crossings& found, std::uint32_t primitive) {
       out.margin = std::min(out.margin, found.margin);
-      const auto first = std::ranges::find_if(found.all, [&](const Crossing& c) { return c.t > ray.t_min; });
+      const auto first = std::ranges::find_if(found.all, [&](const ExactCrossing& c) { return c.t > ray.t_min; });
       if (first != found.all.end() && first->t < ray.t_max)
         out.hits.push_back({first->t, object, primitive, first->steepness});
     };
@@ -136,7 +136,7 @@ inline WideAnswer wide_trace(const Scene& scene, const Ray& world) {
             const auto& [a, b, c, d] = shape.corners;
             Crossings both = crossings(std::array{a, b, c}, ray), second = crossings(std::array{a, c, d}, ray);
             both.all.insert(both.all.end(), second.all.begin(), second.all.end());
-            std::ranges::sort(both.all, {}, &Crossing::t);
+            std::ranges::sort(both.all, {}, &ExactCrossing::t);
             both.margin = std::min(both.margin, second.margin);
             take(both, 0);
           } else {

@@ -37,7 +37,7 @@ struct SeenCorner {
   hn::Vec<D8> x, y, z;
 };
 
-/// A lane is uncertain within the limits of `crossing`.
+/// A lane is uncertain within the limits of `crossing` and `depth_limit`.
 HWY_INLINE ExactHits exact_hits(const SeenCorner& a, const SeenCorner& b, const SeenCorner& c,
                                 const hn::Vec<D8>& scale_z) {
   const D8 d;
@@ -55,9 +55,10 @@ HWY_INLINE ExactHits exact_hits(const SeenCorner& a, const SeenCorner& b, const 
   const auto zero = hn::Zero(d);
   const auto inside = hn::Or(hn::Ge(hn::Min(wa, hn::Min(wb, wc)), zero), hn::Le(hn::Max(wa, hn::Max(wb, wc)), zero));
   const auto sum = hn::Add(hn::Add(wa, wb), wc);
-  const auto uncertain =
-      hn::Or(hn::Not(hn::Gt(least, sign_limit)), hn::And(inside, hn::Not(hn::Gt(hn::Abs(sum), sum_limit))));
   const auto depth = hn::Add(hn::Add(hn::Mul(wa, a.z), hn::Mul(wb, b.z)), hn::Mul(wc, c.z));
+  const auto depth_limit = hn::Mul(hn::Mul(hn::Set(d, 4), sign_limit), deep);
+  const auto is_safe = hn::And(hn::Gt(hn::Abs(sum), sum_limit), hn::Gt(hn::Abs(depth), depth_limit));
+  const auto uncertain = hn::Or(hn::Not(hn::Gt(least, sign_limit)), hn::And(inside, hn::Not(is_safe)));
   return {bits_of(d, inside), bits_of(d, uncertain), hn::DemoteTo(D8Float(), hn::Div(depth, hn::Mul(sum, scale_z)))};
 }
 

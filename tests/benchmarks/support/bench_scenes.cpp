@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/scene/frame_scene.h"
+#include "tests/benchmarks/support/bench_camera.h"
 #include "tests/benchmarks/support/terrain.h"
 #include "tests/support/imported_scene.h"
 #include "tests/support/scenes.h"
@@ -23,16 +23,15 @@ BenchScene on_a_floor(std::string name, Scene scene, bool from_issue) {
   Aabb box;
   for (const Object& object : scene.objects) box.extend(world_bounds(scene, object));
   const Vec3 size = box.diagonal(), lo = box.lo - size, hi = box.hi + size;
-  scene.camera = frame_scene(scene);
+  const PerspectiveCamera camera = bench_camera(scene);
   for (Material& material : scene.materials) material = kEveryRay;
   scene.materials.emplace_back();
   scene.shapes.emplace_back(
       Quad{{{{lo.x, box.lo.y, hi.z}, {hi.x, box.lo.y, hi.z}, {hi.x, box.lo.y, lo.z}, {lo.x, box.lo.y, lo.z}}}});
   scene.objects.push_back({static_cast<std::uint32_t>(scene.shapes.size() - 1),
                            static_cast<std::uint32_t>(scene.materials.size() - 1), std::nullopt});
-  scene.lights = {PointLight{
-      std::get<PerspectiveCamera>(*scene.camera).view.from + Vec3{-size.x, 2 * size.y, 0}, {1, 1, 1}, false}};
-  const Camera camera = *scene.camera;
+  scene.lights = {PointLight{camera.view.from + Vec3{-size.x, 2 * size.y, 0}, {1, 1, 1}, false}};
+  scene.camera = camera;
   return {std::move(name), std::make_shared<const Scene>(std::move(scene)), camera, from_issue};
 }
 

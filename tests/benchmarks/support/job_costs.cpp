@@ -13,7 +13,6 @@
 #include "client/job_document.h"
 #include "client/scene_files.h"
 #include "core/io/image_io.h"
-#include "core/scene/frame_scene.h"
 #include "proto/parse.h"
 #include "server/job.h"
 #include "server/scheduler.h"
@@ -81,7 +80,7 @@ double run_steps(const std::filesystem::path& scene, std::uint32_t samples, cons
   const client::Client client(daemon.address());
   step("start the daemon");
   nlohmann::json job = document_of(scene, samples);
-  const client::NamedFiles files = client::name_files_by_content(job, client::folder_of(scene));
+  const client::NamedFiles files = client::name_files_by_content(job, {.folder = client::folder_of(scene)});
   step("hash the mesh's file");
   for (const client::LocalFile& file : files.to_upload) client.upload(file.path, file.hash);
   step("upload it");
@@ -120,7 +119,7 @@ class FilesBeside final : public proto::FileSource {
  public:
   explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
   proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a blob"); }
-  proto::Result<proto::SourceFile> asset(std::string_view name) const override {
+  proto::Result<proto::SourceFile> asset(std::string_view name, const std::stop_token&) const override {
     return proto::SourceFile{folder_ / name, *proto::hash_file(folder_ / name)};
   }
 
@@ -170,7 +169,9 @@ struct AroundTiles {
       server::Scheduler scheduler(2);
       scheduler.submit(tiles.size(), [&](std::size_t i) {
         image.store(i, tiles[i].pixels);
-        progress.add_tile(tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area()));
+        progress.add({tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area())}, {});
+        progress.add_tile();
+        return true;
       });
       while (!image.complete()) std::this_thread::sleep_for(std::chrono::microseconds(100));
     }

@@ -39,7 +39,9 @@ nlohmann::json scene_document() {
 class NoFiles final : public proto::FileSource {
  public:
   proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a file"); }
-  proto::Result<proto::SourceFile> asset(std::string_view) const override { throw std::logic_error("a file"); }
+  proto::Result<proto::SourceFile> asset(std::string_view, const std::stop_token&) const override {
+    throw std::logic_error("a file");
+  }
 };
 
 proto::JobStatus wait_for(const client::Client& client, proto::JobStatus status) {

@@ -58,7 +58,7 @@ class SecondaryRays {
       set.rays.push_back(out);
     };
     if (dot(from.geometric_normal, to_light) > 0)
-      leave(shadow_, illuminate(PointLight{scene_.light, {}}, spawn_origin(from, to_light)).shadow_ray);
+      leave(shadow_, shadow_ray(PointLight{scene_.light, {}}, spawn_origin(from, to_light)));
     leave(ao_, bounce(from, short_way_));
     leave(diffuse_, bounce(from, kInfinity));
   }

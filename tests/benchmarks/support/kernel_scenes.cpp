@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "core/scene/frame_scene.h"
+#include "tests/benchmarks/support/bench_camera.h"
 #include "tests/benchmarks/support/kernel_interior.h"
 #include "tests/benchmarks/support/kernel_meshes.h"
 #include "tests/benchmarks/support/terrain.h"
@@ -18,7 +18,7 @@ std::shared_ptr<const Scene> alone(TriangleMesh mesh) { return SceneBuilder().ad
 /// The mesh fills the picture, lit from the left above.
 KernelScene framed(std::string_view name, TriangleMesh mesh) {
   auto scene = alone(std::move(mesh));
-  auto camera = std::get<PerspectiveCamera>(frame_scene(*scene));
+  PerspectiveCamera camera = bench_camera(*scene);
   camera.vertical_fov *= 0.6F;  // the frame has room for the whole box, at any angle
   const Vec3 size = world_bounds(*scene, scene->objects.front()).diagonal();
   const Vec3 light = camera.view.from + Vec3{-size.x, size.y, 0};

@@ -78,6 +78,30 @@ TEST_F(JobDocument, RefusesWhatIsNoDocument) {
   EXPECT_THROW(job_document(folder_, {}), Failure);
 }
 
+TEST_F(JobDocument, GoesByContent) {
+  const json mesh = job_document(write("mesh.txt", "v 0 0 0\n"), {});
+  EXPECT_EQ(mesh["scene"]["objects"][0]["path"], "mesh.txt");
+  EXPECT_TRUE(job_document(write("model.obj", R"({"objects": []})"), {})["scene"]["objects"].empty());
+  EXPECT_EQ(job_document(write("vague.nff", "# nothing\n"), {})["scene"]["objects"][0]["path"], "vague.nff");
+
+  const auto told = [&](const char* name, const std::string& bytes, const char* what) {
+    try {
+      job_document(write(name, bytes), {});
+      ADD_FAILURE() << name;
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
+      EXPECT_EQ(failure.what(),
+                (folder_ / name).string() + " is " + what + "; known are JSON documents, OBJ, PLY and NFF");
+    }
+  };
+  told("scene.gltf", R"({"asset": {"version": "2.0"}, "scenes": []})", "a glTF file");
+  told("scene.json", R"({"buffers": [")" + std::string(100000, 'A') + R"("], "accessors": []})", "a glTF file");
+  told("ascii.stl", "solid cube\nfacet normal 0 0 1\n", "an STL file");
+  told("image.obj", "\x89PNG\r\n\x1A\n", "a PNG image");
+  told("notes.txt", "hello\n", "a file of no kind that is known here");
+  told("empty", "", "a file of no kind that is known here");
+}
+
 TEST_F(JobDocument, LeavesSettingsOfAWrongTypeToTheServer) {
   JobOptions options;
   options.samples = 4;

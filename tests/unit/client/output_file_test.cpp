@@ -1,5 +1,8 @@
 #include "client/output_file.h"
 
+#include <signal.h>
+#include <sys/resource.h>
+
 #include "client/failure.h"
 #include "tests/unit/client/temporary_folder.h"
 
@@ -37,6 +40,30 @@ TEST_F(OutputFile, LeavesNothingBehindWhenItFails) {
   fs::create_directories(folder_ / "taken.png" / "by-a-folder");
   EXPECT_THROW(write_atomically(folder_ / "taken.png", "bytes"), Failure);
   EXPECT_THROW(write_atomically(folder_ / "no" / "such" / "out.png", "bytes"), Failure);
+  EXPECT_EQ(files_in(folder_), 1U);
+}
+
+TEST_F(OutputFile, SaysThatADiskIsFull) {
+  try {
+    write_atomically("/dev/full", "bytes");
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
+    EXPECT_NE(std::string(failure.what()).find("/dev/full: No space left"), std::string::npos) << failure.what();
+  }
+}
+
+TEST_F(OutputFile, LeavesWhatStoodThereWhenItCannotWriteAll) {
+  const fs::path path = write("out.png", "old");
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{1000, before.rlim_max};
+  const auto old_action = signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_THROW(write_atomically(path, std::string(5000, 'x')), Failure);
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, old_action);
+  EXPECT_EQ(read(path), "old");
   EXPECT_EQ(files_in(folder_), 1U);
 }
 

@@ -18,7 +18,7 @@ TEST_F(SceneFiles, FindsFilesAtAnyDepth) {
   const auto b = write("meshes/b.PLY", "ply b");
   json job{{"scene", {{"objects", {file_object("a.ply")}}, {"geometries", {{"b", file_object("meshes/b.PLY")}}}}}};
 
-  const NamedFiles found = name_files_by_content(job, folder_);
+  const NamedFiles found = name_files_by_content(job, {.folder = folder_});
 
   const json& object = job["scene"]["objects"][0];
   EXPECT_EQ(object, json({{"type", "file"}, {"format", "ply"}, {"blob", proto::content_hash("ply a")}}));
@@ -37,7 +37,7 @@ TEST_F(SceneFiles, BringsTheMaterialLibrariesOfAnObj) {
   write("mesh/no.mtl", "no");
   json document = file_object("mesh/cube.obj");
 
-  const NamedFiles found = name_files_by_content(document, folder_);
+  const NamedFiles found = name_files_by_content(document, {.folder = folder_});
 
   EXPECT_EQ(document["blob"], proto::content_hash(obj));
   EXPECT_EQ(document["companions"],
@@ -51,7 +51,7 @@ TEST_F(SceneFiles, FindsMaterialLibrariesWhereverTheyStandInALargeObj) {
   for (const std::size_t before : {1U << 20, (1U << 20) - 9, (1U << 20) - 1, (2U << 20) + 1}) {
     write("a.obj", std::string(before - 1, '#') + "\nmtllib one.mtl\n#\nmtllib two.mtl");
     json document = file_object("a.obj");
-    name_files_by_content(document, folder_);
+    name_files_by_content(document, {.folder = folder_});
     EXPECT_EQ(document["companions"].size(), 2U) << before;
   }
 }
@@ -59,7 +59,7 @@ TEST_F(SceneFiles, FindsMaterialLibrariesWhereverTheyStandInALargeObj) {
 TEST_F(SceneFiles, UploadsAFileOnceHoweverOftenItIsNamed) {
   write("a.ply", "ply a");
   json document = json::array({file_object("a.ply"), file_object("a.ply")});
-  EXPECT_EQ(name_files_by_content(document, folder_).to_upload.size(), 1U);
+  EXPECT_EQ(name_files_by_content(document, {.folder = folder_}).to_upload.size(), 1U);
   EXPECT_EQ(document[0], document[1]);
 }
 
@@ -71,19 +71,117 @@ TEST_F(SceneFiles, LeavesWhatIsNotHere) {
                                    {{"type", "file"}, {"blob", "sha256:0"}, {"format", "ply"}}});
   write("a.ply", "ply a");
   json document = before;
-  const NamedFiles found = name_files_by_content(document, folder_);
+  const NamedFiles found = name_files_by_content(document, {.folder = folder_});
   EXPECT_EQ(document, before);
   EXPECT_EQ(found.left_to_server, std::vector<std::string>{"not-here.obj"});
   EXPECT_TRUE(found.to_upload.empty());
 }
 
-TEST_F(SceneFiles, LeavesAFileWhoseFormatNobodyCanTell) {
+/// What is refused: the errors' pointers and details.
+std::vector<std::string> refusal(json document, const SceneFolder& folder) {
+  try {
+    name_files_by_content(document, folder);
+    return {};
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
+    std::vector<std::string> errors;
+    for (const auto& [pointer, detail] : failure.errors()) errors.push_back(pointer + ": " + detail);
+    return errors;
+  }
+}
+
+TEST_F(SceneFiles, TakesAFileAsWhatItIs) {
+  write("mesh.dat", "ply\n");
+  write("text.txt", "v 0 0 0\n");
+  write("named.obj", "ply\n");
+  write("vague.obj", "# nothing\n");
+  write("given", "anything");
+  json document = json::array({file_object("mesh.dat"), file_object("text.txt"), file_object("named.obj"),
+                               file_object("vague.obj"), file_object("given")});
+  document[4]["format"] = "nff";
+  const NamedFiles found = name_files_by_content(document, {.folder = folder_});
+  const char* const formats[] = {"ply", "obj", "ply", "obj", "nff"};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(document[i]["format"], formats[i]) << i;
+  EXPECT_EQ(found.notes, std::vector<std::string>{"named.obj is a PLY file and is read as one"});
+}
+
+TEST_F(SceneFiles, RefusesFilesThatAreOfNoUse) {
+  write("scene.gltf", R"({"asset": {"version": "2.0"}})");
+  write("model.obj", "\x89PNG\r\n\x1A\n");
   write("mesh.dat", "ply?");
-  json document = json::array({file_object("mesh.dat"), file_object("mesh.dat")});
-  document[1]["format"] = "ply";
-  name_files_by_content(document, folder_);
-  EXPECT_EQ(document[0], file_object("mesh.dat"));
-  EXPECT_EQ(document[1]["blob"], proto::content_hash("ply?"));
+  const json document{{"a/b", file_object("scene.gltf")}, {"c", {file_object("model.obj"), file_object("mesh.dat")}}};
+  EXPECT_EQ(refusal(document, {.folder = folder_}),
+            (std::vector<std::string>{
+                "/a~1b/path: scene.gltf is a glTF file; known are OBJ, PLY and NFF",
+                "/c/0/path: model.obj is a PNG image; known are OBJ, PLY and NFF",
+                "/c/1/path: mesh.dat is a file of no kind that is known here; known are OBJ, PLY and NFF"}));
+}
+
+TEST_F(SceneFiles, SendsNothingFromOutsideTheFolder) {
+  const auto secret = write("secret.ply", "ply secret");
+  write("in/a.ply", "ply a");
+  std::filesystem::create_symlink(secret, folder_ / "in/link.ply");
+  std::filesystem::create_symlink("a.ply", folder_ / "in/inner.ply");
+  std::filesystem::create_symlink(folder_, folder_ / "in/up");
+  const SceneFolder in{.folder = folder_ / "in"};
+  for (const std::string& path : {secret.string(), std::string("../secret.ply"), std::string("./x/../../secret.ply"),
+                                  std::string("link.ply"), std::string("up/secret.ply")}) {
+    std::filesystem::create_directories(folder_ / "in/x");
+    EXPECT_EQ(
+        refusal(file_object(path), in),
+        std::vector<std::string>{"/path: " + path + " lies outside the document's folder; --allow-outside lets it"});
+    json document = file_object(path);
+    SceneFolder open = in;
+    open.allow_outside = true;
+    EXPECT_EQ(name_files_by_content(document, open).to_upload.size(), 1U) << path;
+  }
+  for (const char* path : {"a.ply", "./a.ply", "x/../a.ply", "inner.ply", "../in/a.ply"})
+    EXPECT_TRUE(refusal(file_object(path), in).empty()) << path;
+  EXPECT_TRUE(refusal(file_object("link.ply"), {.folder = in.folder, .scene = in.folder / "link.ply"}).empty())
+      << "what the user names";
+}
+
+TEST_F(SceneFiles, LeavesLibrariesOutsideTheFolder) {
+  write("secret.mtl", "secret");
+  write("in/sub/a.obj", "mtllib ../../secret.mtl\nmtllib ../b.mtl\nmtllib link.mtl\n");
+  write("in/b.mtl", "b");
+  std::filesystem::create_symlink(folder_ / "secret.mtl", folder_ / "in/sub/link.mtl");
+  json document = file_object("sub/a.obj");
+  NamedFiles found = name_files_by_content(document, {.folder = folder_ / "in"});
+  EXPECT_EQ(document["companions"], json({{"../b.mtl", proto::content_hash("b")}}));
+  ASSERT_EQ(found.notes.size(), 2U);
+  for (const std::string& note : found.notes) EXPECT_NE(note.find("--allow-outside lets it"), std::string::npos);
+
+  document = file_object("sub/a.obj");
+  found = name_files_by_content(document, {.folder = folder_ / "in", .allow_outside = true});
+  EXPECT_EQ(document["companions"].size(), 3U);
+  EXPECT_TRUE(found.notes.empty());
+}
+
+TEST_F(SceneFiles, FallsBackToALibraryBesideTheObj) {
+  const auto outside = write("out/model.mtl", "outside");
+  write("in/a.obj", "mtllib " + outside.string() + "\nmtllib C:\\bob\\other.mtl\n");
+  write("in/model.mtl", "inside");
+  write("in/other.mtl", "other");
+  json document = file_object("a.obj");
+  const NamedFiles found = name_files_by_content(document, {.folder = folder_ / "in"});
+  EXPECT_EQ(document["companions"],
+            json({{"model.mtl", proto::content_hash("inside")}, {"other.mtl", proto::content_hash("other")}}));
+  EXPECT_TRUE(found.notes.empty()) << "nothing is missing";
+}
+
+TEST_F(SceneFiles, FindsLibrariesInAnyCase) {
+  write("a.obj", "mtllib Model.MTL\nmtllib textures\\Two.mtl\nmtllib exact.mtl\n");
+  write("model.mtl", "one");
+  write("Textures/TWO.MTL", "two");
+  write("exact.mtl", "this");
+  write("EXACT.mtl", "that");
+  json document = file_object("a.obj");
+  name_files_by_content(document, {.folder = folder_});
+  EXPECT_EQ(document["companions"], json({{"Model.MTL", proto::content_hash("one")},
+                                          {"textures/Two.mtl", proto::content_hash("two")},
+                                          {"exact.mtl", proto::content_hash("this")}}))
+      << "under the names by which the server asks";
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <numbers>
+#include <stop_token>
 
 #include <gtest/gtest.h>
 
@@ -86,7 +87,7 @@ TEST(ParseJob, TheOrderOfKeysDoesNotMatter) {
 
 TEST(ParseJob, AnInlineSceneIsTheSceneThatStandsAlone) {
   const std::string text = R"({"camera": {"type": "perspective", "from": [0, 0, 5], "at": [0, 0, 0]},
-    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2},
+    "background": [1, 1, 1], "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2},
                 {"type": "mesh", "positions": [], "triangles": []}]})";
   const auto alone = parse_scene(text, NoFiles(), Limits());
   ASSERT_TRUE(alone);
@@ -97,6 +98,54 @@ TEST(ParseJob, AnInlineSceneIsTheSceneThatStandsAlone) {
   EXPECT_FALSE(job.camera) << "the scene's camera stays the scene's";
   ASSERT_EQ(scene.scene->warnings.size(), 1U);
   EXPECT_EQ(scene.scene->warnings[0].pointer, "/objects/1") << "warnings point into the scene document";
+}
+
+Scene sized(std::uint32_t width, std::uint32_t height) {
+  Scene scene;
+  scene.image = ImageSize{width, height};
+  return scene;
+}
+
+TEST(ParseJob, TakesTheSizeOfItsSceneUnlessItHasOne) {
+  JobRequest job = parsed(kByHash + R"(, "settings": {"tile_size": "whole"}})");
+  EXPECT_EQ(job.settings.tile_size, 512U);
+  EXPECT_FALSE(take_image(sized(640, 480), Limits(), job));
+  EXPECT_EQ(job.settings.width, 640U);
+  EXPECT_EQ(job.settings.height, 480U);
+  EXPECT_EQ(job.settings.tile_size, 640U);
+
+  JobRequest own = parsed(kByHash + R"(, "image": {"width": 7, "height": 5}})");
+  EXPECT_FALSE(take_image(sized(640, 480), Limits(), own));
+  EXPECT_EQ(own.settings.width, 7U);
+  EXPECT_EQ(own.settings.height, 5U);
+
+  JobRequest none = parsed(kByHash + "}");
+  EXPECT_FALSE(take_image(Scene(), Limits(), none));
+  EXPECT_EQ(none.settings.width, 512U);
+}
+
+TEST(ParseJob, LimitsHoldForTheSizeOfItsScene) {
+  const auto problem = [](const std::string& settings) {
+    Limits limits;
+    limits.max_samples = 640 * 480 * 10;
+    limits.max_tiles = 1200;
+    JobRequest job = parsed(kByHash + ", \"settings\": {" + settings + "}}");
+    return take_image(sized(640, 480), limits, job);
+  };
+  EXPECT_FALSE(problem(R"("samples": 10, "tile_size": 16)"));
+  const auto samples = problem(R"("samples": 11)");
+  ASSERT_TRUE(samples);
+  EXPECT_EQ(samples->code, ProblemCode::invalid_document);
+  EXPECT_EQ(samples->errors.at(0).pointer, "/settings/samples");
+  const auto tiles = problem(R"("tile_size": 15)");
+  ASSERT_TRUE(tiles);
+  EXPECT_EQ(tiles->errors.at(0).pointer, "/settings/tile_size");
+}
+
+TEST(ParseJob, StopsWhenNobodyWantsIt) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(parse_job(kByHash + "}", NoFiles(), Limits(), stop.get_token()), Abandoned);
 }
 
 TEST(ParseJob, PixelsTilesAndSamplesAreLimited) {

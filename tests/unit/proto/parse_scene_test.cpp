@@ -149,8 +149,24 @@ TEST(ParseScene, Cameras) {
   EXPECT_EQ(std::get<OrthographicCamera>(orthographic.camera.value()).view.from, (Vec3{1, 2, 3}));
 }
 
+TEST(ParseScene, CamerasWithoutAPlace) {
+  const Scene given = parsed(R"({"objects": [], "camera": {"type": "perspective", "direction": [0, 0, -2],
+                                 "up": [1, 0, 0], "fov": 90}})");
+  const auto& pinhole = std::get<PerspectiveCamera>(given.camera.value());
+  EXPECT_FALSE(pinhole.view.is_placed);
+  EXPECT_EQ(pinhole.view.at - pinhole.view.from, (Vec3{0, 0, -1}));
+  EXPECT_EQ(pinhole.view.up, (Vec3{1, 0, 0}));
+  EXPECT_FLOAT_EQ(pinhole.vertical_fov, static_cast<float>(std::numbers::pi / 2));
+
+  const Scene bare = parsed(R"({"objects": [], "camera": {"type": "orthographic"}})");
+  const View view = std::get<OrthographicCamera>(bare.camera.value()).view;
+  EXPECT_FALSE(view.is_placed);
+  EXPECT_LT(length(cross(view.at - view.from, kUnplacedView.at - kUnplacedView.from)), 1e-6F);
+}
+
 TEST(ParseScene, InstancesShareTheirShape) {
-  const Scene scene = parsed(R"({"geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
+  const Scene scene = parsed(R"({"background": [1, 1, 1],
+    "geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
     "objects": [{"type": "instance", "of": "ball"}, {"type": "instance", "of": "ball", "transform": {"scale": 2}}]})");
   ASSERT_EQ(scene.shapes.size(), 1U);
   ASSERT_EQ(scene.objects.size(), 2U);
@@ -162,7 +178,8 @@ TEST(ParseScene, InstancesShareTheirShape) {
 }
 
 TEST(ParseScene, GeometryThatNobodyPlacesIsLeftOutAndReported) {
-  const Scene scene = parsed(R"({"geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+  const Scene scene = parsed(R"({"background": [1, 1, 1],
+    "geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1},
       "a/b": {"type": "sphere", "center": [5, 0, 0], "radius": 2},
       "c": {"type": "sphere", "center": [6, 0, 0], "radius": 3}},
     "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 7}, {"type": "instance", "of": "c"}]})");
@@ -205,7 +222,8 @@ TEST(ParseScene, Transforms) {
 }
 
 TEST(ParseScene, DroppedTrianglesAreCountedAndReported) {
-  const Scene scene = parsed(R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1},
+  const Scene scene = parsed(R"({"background": [1, 1, 1],
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1},
     {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1e30], [0, 1, 0]],
      "triangles": [[0, 1, 3], [0, 1, 2], [0, 1, 1], [0, 2, 4]]},
     {"type": "mesh", "positions": [], "triangles": []}]})");
@@ -218,7 +236,7 @@ TEST(ParseScene, DroppedTrianglesAreCountedAndReported) {
 }
 
 TEST(ParseScene, WarningsDoNotGrowWithoutBound) {
-  std::string text = R"({"objects": [)";
+  std::string text = R"({"background": [1, 1, 1], "objects": [)";
   for (int i = 0; i < 500; ++i) text += R"({"type": "mesh", "positions": [], "triangles": []},)";
   text.back() = ']';
   const Scene scene = parsed(text + "}");
@@ -315,7 +333,9 @@ TEST(ParseScene, MessagesSayWhatWasFoundAndHowToMendIt) {
 
 TEST(ParseScene, ASourceOfFilesThatThrowsIsAnInternalErrorAndNotACrash) {
   struct Throwing : NoFiles {
-    Result<SourceFile> asset(std::string_view) const override { throw std::runtime_error("disk on fire"); }
+    Result<SourceFile> asset(std::string_view, const std::stop_token&) const override {
+      throw std::runtime_error("disk on fire");
+    }
   };
   const auto result = parse_scene(R"({"objects": [{"type": "file", "path": "a.obj"}]})", Throwing(), Limits());
   ASSERT_FALSE(result);
@@ -324,11 +344,36 @@ TEST(ParseScene, ASourceOfFilesThatThrowsIsAnInternalErrorAndNotACrash) {
 
 TEST(ParseScene, RunningOutOfMemoryIsNoFaultOfTheDocument) {
   struct Exhausted : NoFiles {
-    Result<SourceFile> asset(std::string_view) const override { throw std::bad_alloc(); }
+    Result<SourceFile> asset(std::string_view, const std::stop_token&) const override { throw std::bad_alloc(); }
   };
   const auto result = parse_scene(R"({"objects": [{"type": "file", "path": "a.obj"}]})", Exhausted(), Limits());
   ASSERT_FALSE(result);
   EXPECT_EQ(result.problem().code, ProblemCode::out_of_memory_budget);
+}
+
+TEST(ParseScene, ASceneWithoutLightIsTold) {
+  const auto warnings = [](const std::string& rest) {
+    const std::string sphere = R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}])";
+    return parse_scene(sphere + rest + "}", NoFiles(), Limits())->scene->warnings;
+  };
+  for (const char* dark : {"", R"(, "lights": [])", R"(, "lights": [{"type": "ambient", "radiance": [0, 0, 0]},
+                           {"type": "point", "position": [0, 0, 0], "intensity": [0, 0, 0]},
+                           {"type": "directional", "direction": [0, 0, 1], "irradiance": [0, 0, 0]}])"}) {
+    ASSERT_EQ(warnings(dark).size(), 1U) << dark;
+    EXPECT_EQ(warnings(dark)[0].pointer, std::string_view(dark).empty() ? "" : "/lights");
+    EXPECT_NE(warnings(dark)[0].detail.find("its image is black"), std::string::npos);
+  }
+  for (const char* lit :
+       {R"(, "background": [0, 0, 0.1])", R"(, "lights": [{"type": "ambient", "radiance": [0, 1, 0]}])"}) {
+    EXPECT_TRUE(warnings(lit).empty()) << lit;
+  }
+  EXPECT_TRUE(parse_scene(R"({"objects": []})", NoFiles(), Limits())->scene->warnings.empty());
+}
+
+TEST(ParseScene, StopsWhenNobodyWantsIt) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(parse_scene(R"({"objects": []})", NoFiles(), Limits(), stop.get_token()), Abandoned);
 }
 
 }  // namespace

@@ -56,8 +56,8 @@ TEST(SceneFiles, AFileThatIsNamedTwiceIsReadOnceAndShared) {
 /// Someone else writes a file as soon as its hash has been taken.
 class ChangingFiles : public TestFiles {
  public:
-  Result<SourceFile> asset(std::string_view relative_path) const override {
-    auto file = TestFiles::asset(relative_path);
+  Result<SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override {
+    auto file = TestFiles::asset(relative_path, stop);
     if (file && relative_path == changing) std::ofstream(file->path, std::ios::binary) << after;
     return file;
   }
@@ -133,11 +133,11 @@ TEST(SceneFiles, CompanionsComeFromBesideAPathOrByNameWithABlob) {
 TEST(SceneFiles, CompanionsThatAreMissingOrUselessAreWarnings) {
   TestFiles files;
   const ContentHash model = files.add_blob(kObj), note = files.add_blob("hello");
-  const auto without = parsed(objects(R"({"type": "file", "format": "obj", "blob": ")" + model + "\"}"), files);
+  const std::string start =
+      R"({"background": [1, 1, 1], "objects": [{"type": "file", "format": "obj", "blob": ")" + model;
+  const auto without = parsed(start + "\"}]}", files);
   EXPECT_FALSE(without.scene->warnings.empty());
-  const auto useless = parsed(objects(R"({"type": "file", "format": "obj", "blob": ")" + model +
-                                      R"(", "companions": {"note.txt": ")" + note + "\"}}"),
-                              files);
+  const auto useless = parsed(start + R"(", "companions": {"note.txt": ")" + note + "\"}}]}", files);
   ASSERT_EQ(useless.scene->warnings.size(), without.scene->warnings.size() + 1);
   EXPECT_EQ(useless.scene->warnings.back().pointer, "/objects/0");
   EXPECT_NE(useless.scene->warnings.back().detail.find("note.txt"), std::string::npos);
@@ -150,6 +150,18 @@ TEST(SceneFiles, AnMtlLibraryOutsideTheAssetRootIsNotThere) {
   const auto scene = parsed(objects(R"({"type": "file", "path": "climbing.obj"})"), files).scene;
   EXPECT_EQ(scene->objects.size(), 1U);
   EXPECT_FALSE(scene->warnings.empty());
+}
+
+TEST(SceneFiles, AnMtlLibraryIsFoundUnderTheAssetRootHoweverItIsNamed) {
+  for (const char* name : {"../colours.mtl", "..\\colours.mtl", "./x/../../colours.mtl", "/home/bob/beside.mtl",
+                           "C:\\bob\\beside.mtl", "../../../beside.mtl", "\"beside.mtl\""}) {
+    TestFiles files;
+    files.add_asset("a/model.obj", "MTLLIB " + std::string(name) + std::string(kObj.substr(kObj.find('\n'))));
+    files.add_asset("colours.mtl", kMtl);
+    files.add_asset("a/beside.mtl", kMtl);
+    const auto scene = parsed(objects(R"({"type": "file", "path": "a/model.obj"})"), files).scene;
+    EXPECT_TRUE(scene->warnings.empty()) << name;
+  }
 }
 
 TEST(SceneFiles, ABrokenFileIsSaidOnceWithItsLine) {
@@ -182,6 +194,61 @@ TEST(SceneFiles, AnNffBringsWhatTheDocumentLacks) {
   EXPECT_EQ(std::get<OrthographicCamera>(mixed->camera.value()).height, 3);
   ASSERT_EQ(mixed->lights.size(), nff_lights + 1);
   EXPECT_EQ(std::get<AmbientLight>(mixed->lights[0]).radiance.r, 0.125F) << "the document's lights come first";
+}
+
+TEST(SceneFiles, AnNffsResolutionSizesTheImageOfAJobWithoutOne) {
+  TestFiles files;
+  std::string nff(kNff);
+  nff.replace(nff.find("512 512"), 7, "640 480");
+  files.add_asset("scene.nff", nff);
+  const std::string scene = objects(R"({"type": "file", "path": "scene.nff"})");
+  EXPECT_EQ(parsed(scene, files).scene->image, (ImageSize{640, 480}));
+
+  Limits limits;
+  const auto job = [&](const std::string& rest) {
+    return parse_job("{\"scene\": " + scene + rest + "}", files, limits);
+  };
+  const auto sized = job("");
+  ASSERT_TRUE(sized);
+  EXPECT_EQ(sized->settings.width, 640U);
+  EXPECT_EQ(sized->settings.height, 480U);
+  const auto own = job(R"(, "image": {"width": 9, "height": 8})");
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->settings.width, 9U);
+
+  limits.max_samples = 640 * 480 * 4;
+  EXPECT_TRUE(job(R"(, "settings": {"samples": 4})"));
+  const auto many = job(R"(, "settings": {"samples": 5})");
+  ASSERT_FALSE(many);
+  EXPECT_EQ(many.problem().errors.at(0).pointer, "/settings/samples");
+
+  limits.max_pixels = 640 * 480 - 1;
+  const auto large = job("");
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->settings.width, 512U) << "a size beyond the limit isn't taken, and told";
+  const auto& warnings = std::get<ParsedScene>(large->scene).scene->warnings;
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0].pointer, "/objects/0");
+  EXPECT_NE(warnings[0].detail.find("307200 pixels"), std::string::npos);
+}
+
+/// Somebody gives up while files are looked for.
+class AbandonedFiles : public TestFiles {
+ public:
+  Result<SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override {
+    source.request_stop();
+    return TestFiles::asset(relative_path, stop);
+  }
+
+  mutable std::stop_source source;
+};
+
+TEST(SceneFiles, StopsWhileFilesAreHashed) {
+  AbandonedFiles files;
+  files.add_asset("triangle.ply", kPly);
+  EXPECT_THROW(
+      parse_scene(objects(R"({"type": "file", "path": "triangle.ply"})"), files, Limits(), files.source.get_token()),
+      Abandoned);
 }
 
 TEST(SceneFiles, AFileLargerThanTheSceneMayBeIsRefusedUnread) {

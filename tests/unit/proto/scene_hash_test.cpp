@@ -33,6 +33,15 @@ TEST(SceneHash, KeyOrderSpaceAndSpellingDoNotMatter) {
   }
 }
 
+TEST(SceneHash, TheNameOfTheSchemaDoesNotMatter) {
+  EXPECT_EQ(hash_of(R"({"$schema": "a", "objects": []})"), hash_of(R"({"objects": []})"));
+  const std::string material = R"({"objects": [], "materials": {"$schema": {"type": "whitted"}}})";
+  EXPECT_NE(hash_of(material), hash_of(R"({"objects": [], "materials": {}})"));
+  const auto wrong = parse_scene(R"({"$schema": 1, "objects": []})", NoFiles(), Limits());
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.problem().errors.at(0).pointer, "/$schema");
+}
+
 TEST(SceneHash, EveryDifferenceMatters) {
   std::set<ContentHash> hashes;
   const std::vector<std::string> scenes{

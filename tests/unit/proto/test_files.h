@@ -42,12 +42,12 @@ class TestFiles : public FileSource {
     return SourceFile{found->second, hash};
   }
 
-  Result<SourceFile> asset(std::string_view relative_path) const override {
+  Result<SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override {
     const auto normal = std::filesystem::path(relative_path).lexically_normal();
     if (normal.is_absolute() || normal.begin()->string() == "..") {
       return Problem{ProblemCode::invalid_document, "The path leaves the asset root.", {}};
     }
-    const auto hash = hash_file(root_ / normal);
+    const auto hash = hash_file(root_ / normal, stop);
     if (!hash) return Problem{ProblemCode::not_found, "There is no such file.", {}};
     return SourceFile{root_ / normal, *hash};
   }

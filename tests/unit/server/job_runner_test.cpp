@@ -1,8 +1,10 @@
 #include "server/job_runner.h"
 
 #include <future>
+#include <new>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -55,7 +57,7 @@ class JobRunnerTest : public testing::Test {
 };
 
 TEST_F(JobRunnerTest, RendersAJob) {
-  const JobView job = ended(start(frame_scene(*scene_)));
+  const JobView job = ended(start(frame_scene(*scene_, 32, 32)));
   EXPECT_EQ(job.state, JobState::completed);
   EXPECT_TRUE((*jobs_.film(job.id))->complete());
   EXPECT_EQ(job.progress->tiles(), 16U);
@@ -66,7 +68,7 @@ TEST_F(JobRunnerTest, RendersAJob) {
 }
 
 TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {
-  const Camera camera = frame_scene(*scene_);
+  const Camera camera = frame_scene(*scene_, 32, 32);
   ended(start(camera));
   const auto first = scene_;
   auto same_hash = std::make_shared<Scene>(*scene_);
@@ -92,11 +94,11 @@ TEST_F(JobRunnerTest, AFailedBuildFailsItsJobAlone) {
   make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) -> std::unique_ptr<const Accel> {
     throw std::runtime_error("no luck");
   };
-  const JobView failed = ended(start(frame_scene(*scene_)));
+  const JobView failed = ended(start(frame_scene(*scene_, 32, 32)));
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.error, "no luck");
   make_ = make_accel;
-  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+  EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32))).state, JobState::completed);
 }
 
 TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
@@ -109,11 +111,56 @@ TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
     AccelStats stats() const override { return {}; }
   };
   make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) { return std::make_unique<const Broken>(); };
-  const JobView failed = ended(start(frame_scene(*scene_), AccelKind::brute));
+  const JobView failed = ended(start(frame_scene(*scene_, 32, 32), AccelKind::brute));
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.error, "a tile broke");
   make_ = make_accel;
-  EXPECT_EQ(ended(start(frame_scene(*scene_), AccelKind::bvh)).state, JobState::completed);
+  EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32), AccelKind::bvh)).state, JobState::completed);
+}
+
+TEST_F(JobRunnerTest, MemoryThatRunsOutFailsTheJobAlone) {
+  make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) -> std::unique_ptr<const Accel> {
+    throw std::bad_alloc();
+  };
+  const JobView failed = ended(start(frame_scene(*scene_)));
+  EXPECT_EQ(failed.state, JobState::failed);
+  EXPECT_EQ(failed.error, "out of memory");
+  make_ = make_accel;
+  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+}
+
+TEST_F(JobRunnerTest, TilesWithoutAnEndLeaveTurnsToOthers) {
+  const Camera camera = frame_scene(*scene_);
+  std::vector<std::string> endless;
+  for (int i = 0; i < 2; ++i) {
+    JobOrder order{"", "sha256:0", 0, {}};
+    order.settings.width = order.settings.height = 1;
+    order.settings.samples = 4294967295;
+    const auto admitted = jobs_.add(order);
+    runner_.start(*admitted, order, scene_, camera);
+    endless.push_back(admitted->id);
+  }
+  for (const std::string& id : endless)
+    while ((*jobs_.find(id)).progress->samples() == 0) std::this_thread::yield();
+  EXPECT_EQ(ended(start(camera)).state, JobState::completed);
+  for (const std::string& id : endless) {
+    const JobView job = *jobs_.find(id);
+    EXPECT_EQ(job.state, JobState::rendering);
+    EXPECT_EQ(job.progress->tiles(), 0U);
+    ASSERT_TRUE(jobs_.cancel(id));
+  }
+  EXPECT_EQ(ended(start(camera)).state, JobState::completed);
+}
+
+TEST_F(JobRunnerTest, AJobThatIsCanceledWhileItWaitsNeverBegins) {
+  JobOrder order{"", "sha256:0", 0, {}};
+  order.settings.width = order.settings.height = 32;
+  const auto admitted = jobs_.add(order);
+  ASSERT_TRUE(jobs_.cancel(admitted->id));
+  runner_.start(*admitted, order, scene_, frame_scene(*scene_));
+  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+  EXPECT_EQ((*jobs_.find(admitted->id)).state, JobState::canceled);
+  EXPECT_FALSE((*jobs_.find(admitted->id)).times.preparing);
 }
 
 TEST_F(JobRunnerTest, BuildsTheMeshesThatRaysComeTo) {
@@ -162,7 +209,7 @@ TEST_F(JobRunnerTest, ACanceledJobGoesNoFurther) {
     go.get_future().wait();
     return make_accel(std::move(scene), options);
   };
-  const std::string id = start(frame_scene(*scene_));
+  const std::string id = start(frame_scene(*scene_, 32, 32));
   begun.get_future().wait();
   ASSERT_TRUE(jobs_.cancel(id));
   go.set_value();

@@ -257,7 +257,8 @@ TEST(JobStatus, TellsProgressAndWhatIsLeft) {
   EXPECT_EQ(status_of(job, now).eta, std::nullopt);
   RayCounts rays;
   rays.camera = 20;
-  admitted->progress->add_tile(rays, {5, 4, 3, 2, 1}, 25);
+  admitted->progress->add({rays, {5, 4, 3, 2, 1}, 25}, {});
+  admitted->progress->add_tile();
   const proto::JobStatus status = status_of(job, now);
   EXPECT_EQ(status.tiles_done, 1U);
   EXPECT_EQ(status.tiles_total, 4U);

@@ -131,6 +131,57 @@ TEST(Triangle, SurfaceInterpolatesNormalsAndKeepsTheFace) {
       << "normals against the winding are turned to its side";
 }
 
+TEST(Triangle, ToTheSmoothSurfaceAndNeverInward) {
+  const Vec3 corners[3] = {kA, kB, kC};
+  const Ray down{{0.5F, 0.25F, 3}, {0, 0, -1}}, up{{0.5F, 0.25F, -3}, {0, 0, 1}};
+  const Vec3 bulging[3] = {{-1, -1, 2}, {1, 0, 1}, {0, 3, 3}};
+  // Corner by corner the way to its tangent plane, times its share, as Hanika has it; dot(P − V, n) / |n|² · n.
+  // A: −0.75/6·(−1, −1, 2)·¼; B: −0.5/2·(1, 0, 1)·½; C: −0.75·3/18·(0, 3, 3)·¼, each the other way.
+  const Vec3d expected =
+      Vec3d{-1, -1, 2} * (0.75 / 6 / 4) + Vec3d{1, 0, 1} * (0.5 / 2 / 2) + Vec3d{0, 3, 3} * (2.25 / 18 / 4);
+  const SurfacePoint from_above = triangle_surface(TriangleRay(down), corners, bulging);
+  EXPECT_LT(length(from_above.to_smooth - expected), 1e-15);
+  EXPECT_EQ(triangle_surface(TriangleRay(up), corners, bulging).to_smooth, Vec3d{}) << "hollow from below";
+
+  const Vec3 against[3] = {-bulging[0], -bulging[1], -bulging[2]};
+  EXPECT_EQ(triangle_surface(TriangleRay(down), corners, against).to_smooth, from_above.to_smooth);
+  const Vec3 hollow[3] = {{1, 1, 2}, {-1, 0, 1}, {0, -3, 3}};
+  EXPECT_EQ(triangle_surface(TriangleRay(down), corners, hollow).to_smooth, Vec3d{});
+  EXPECT_GT(triangle_surface(TriangleRay(up), corners, hollow).to_smooth.z * -1, 0.05) << "bulging from below";
+  const Vec3 useless[3] = {{}, {1, 0, -1}, {0, 0, 3}};
+  EXPECT_EQ(triangle_surface(TriangleRay(down), corners, useless).to_smooth, Vec3d{}) << "none, away, and flat";
+}
+
+/// On a level floor nothing is uncertain about the height, however large the floor.
+TEST(Triangle, IsKnownAxisByAxis) {
+  const Vec3 corners[3] = {{-1e12F, 3, -2e12F}, {1e12F, 3, -2e12F}, {0, 3, 4e12F}};
+  const SurfacePoint at = triangle_surface(TriangleRay({{1, 9, 2}, {0.25F, -1, 0.125F}}), corners, nullptr);
+  EXPECT_NEAR(at.error.y / 3, 0x1p-48, 0x1p-60);
+  EXPECT_NEAR(at.error.x / 1e12, 0x1p-48, 0x1p-58);
+  EXPECT_LE(std::abs(at.position.y - 3), at.error.y);
+  EXPECT_NEAR(at.position.x, 2.5, 1e-2);
+  EXPECT_NEAR(at.position.z, 2.75, 1e-2);
+}
+
+/// However near the plane a ray starts, it starts on its right side.
+TEST(Triangle, IsMissedByWhatLeavesItAndHitByWhatComes_Stress24) {
+  Random random(24);
+  for (int i = 0; i < 20'000; ++i) {
+    const auto size = static_cast<float>(random.magnitude(0, 15));
+    const Vec3 a{-size, 0, -size}, b{size, 0, -size}, c{0, 0, size};
+    const float height = std::ldexp(1.0F, -static_cast<int>(random.bits() % 149));
+    const Vec3 from{static_cast<float>(random.uniform(-0.1, 0.1)) * size, height, 0};
+    const Vec3 way = to_float(Vec3d{random.uniform(-1, 1), random.magnitude(-3, 0), random.uniform(-1, 1)});
+    ASSERT_FALSE(hit({from, way}, a, b, c)) << i;
+    const Vec3 back = -way;
+    const double t = double{height} / way.y;
+    if (t < 1e-37 || std::abs(t * way.x) > 0.1 * size || std::abs(t * way.z) > 0.1 * size) continue;
+    const auto met = hit({from, back}, a, b, c);
+    ASSERT_TRUE(met) << i;
+    ASSERT_NEAR(*met / t, 1, 1e-2) << i;
+  }
+}
+
 TEST(TriangleMesh, DropsAndCountsWhatCannotBeHit_Stress27) {
   TriangleMesh mesh;
   const float nan = std::nanf("");

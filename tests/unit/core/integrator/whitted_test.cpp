@@ -13,6 +13,7 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 const Quad kFloor{{{{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}}};
+const Quad kCeiling{{{{-9, 8, 9}, {-9, 8, -9}, {9, 8, -9}, {9, 8, 9}}}};
 
 struct Seen {
   Rgb radiance;
@@ -83,8 +84,105 @@ TEST(Whitted, AMirrorShowsTheBackgroundWeighed) {
 TEST(Whitted, StopsAtTheDepthAskedFor) {
   SceneBuilder b;
   b.material(mirror_material());
-  const auto scene = b.add(kFloor).add(Quad{{{{-9, 8, 9}, {-9, 8, -9}, {9, 8, -9}, {9, 8, 9}}}}).build();
-  for (const std::uint32_t depth : {1U, 2U, 5U}) EXPECT_EQ(look(scene, kDown, depth).rays.reflection, depth - 1);
+  const auto scene = b.add(kFloor).add(kCeiling).build();
+  for (const std::uint32_t depth : {1U, 2U, 5U, 64U}) EXPECT_EQ(look(scene, kDown, depth).rays.reflection, depth - 1);
+}
+
+TEST(Whitted, AChainEndsWhereItNoLongerShows) {
+  const auto reflections = [](Rgb reflect) {
+    SceneBuilder b;
+    b.material({.diffuse = {}, .reflect = reflect});
+    return look(b.add(kFloor).add(kCeiling).build(), kDown, 64).rays.reflection;
+  };
+  EXPECT_EQ(reflections({0.5F, 0.5F, 0.5F}), 25U) << "0.5^25 is 2^-25, and 0.5^26 is less";
+  EXPECT_EQ(reflections({0, 0.5F, 0.25F}), 25U) << "the channel that shows most counts";
+  EXPECT_EQ(reflections({0.03125F, 0, 0}), 5U) << "2^-5 to the fifth";
+  EXPECT_EQ(reflections({1, 1, 1}), 63U) << "never fades";
+  EXPECT_EQ(reflections({0x1p-26F, 0, 0}), 0U) << "not even one";
+}
+
+TEST(Whitted, AChainFadesByAllItsSurfaces) {
+  SceneBuilder b;
+  const auto quarter = b.material({.diffuse = {}, .reflect = {0.25F, 0.25F, 0.25F}});
+  const auto red = b.material({.diffuse = {}, .reflect = {0.5F, 0, 0}}),
+             blue = b.material({.diffuse = {}, .reflect = {0, 0, 1}});
+  const auto fading = SceneBuilder(b).add(kFloor, quarter).add(kCeiling, red).build();
+  EXPECT_EQ(look(fading, kDown, 64).rays.reflection, 16U)
+      << "eight rounds of 3 bits make 2^-24, and 2 bits more are too many";
+  const auto crossed = SceneBuilder(b).add(kFloor, red).add(kCeiling, blue).build();
+  EXPECT_EQ(look(crossed, kDown, 64).rays.reflection, 1U) << "red is all that is left, and blue glass all that comes";
+}
+
+const Material kPane{.diffuse = {}, .reflect = {1, 1, 1}, .transmit = {1, 1, 1}};
+
+/// A pane that splits every ray in two without loss, in the middle of a mirror all around.
+std::shared_ptr<const Scene> pane_in_a_mirror() {
+  SceneBuilder b;
+  const auto mirror = b.material({.diffuse = {}, .reflect = {1, 1, 1}}), pane = b.material(kPane);
+  return b.add(Sphere{{0, 0, 0}, 6}, mirror).add(kFloor, pane).build();
+}
+
+TEST(Whitted, BranchesAreFollowedInFullToUsualDepths) {
+  const Ray along_the_axis{{0, 5, 0}, {0, -1, 0}};
+  const Seen seen = look(pane_in_a_mirror(), along_the_axis, 5);
+  EXPECT_EQ(seen.rays.reflection, 1U + 2 + 2 + 4) << "the pane, the sphere from both sides, the pane twice, …";
+  EXPECT_EQ(seen.rays.refraction, 1U + 0 + 2 + 0);
+  const Seen deep = look(pane_in_a_mirror(), along_the_axis, 20);
+  EXPECT_EQ(deep.rays.reflection + deep.rays.refraction, 2U * (2 + 4 + 8 + 16 + 32 + 64 + 128 + 256 + 512) + 1024);
+}
+
+TEST(Whitted, NoBranchIsMissingDownToTheUsualDepth) {
+  for (const float reflect : {1.0F, 0.25F, 0x1p-6F})
+    for (const auto& [mirrors, passes] : {std::pair{reflect, 1.0F}, {1.0F, reflect}}) {
+      SceneBuilder b;
+      b.material({.diffuse = {}, .reflect = {mirrors, 0, 0}, .transmit = {passes, 0, 0}});
+      for (int i = -6; i < 6; ++i) {  // so many that no ray gets out
+        const float y = static_cast<float>(i) + 0.5F;
+        b.add(Quad{{{{-9, y, 9}, {9, y, 9}, {9, y, -9}, {-9, y, -9}}}});
+      }
+      const Seen seen = look(b.build(), {{1, 0, 0}, {0, -1, 0}}, 5);
+      EXPECT_EQ(seen.rays.reflection, 1U + 2 + 4 + 8) << mirrors << " " << passes;
+      EXPECT_EQ(seen.rays.refraction, 1U + 2 + 4 + 8) << mirrors << " " << passes;
+    }
+}
+
+TEST(Whitted, BranchesThatNeverFadeEnd) {
+  const Seen seen = look(pane_in_a_mirror(), {{0.5F, 3, 0.25F}, {0.1F, -1, 0.3F}}, 64);
+  EXPECT_EQ(seen.rays.reflection + seen.rays.refraction, Whitted::kMostSecondary) << "no ray gets out";
+}
+
+TEST(Whitted, WhatIsCutIsHardlyMissedInAStackOfGlass) {
+  // Panes that lose nothing: each light path arrives at the background somewhere, at whatever depth.
+  SceneBuilder b;
+  b.material({.diffuse = {}, .reflect = {0.04F, 0.04F, 0.04F}, .transmit = {0.96F, 0.96F, 0.96F}});
+  for (int i = 0; i < 8; ++i) {
+    const auto y = static_cast<float>(-i);
+    b.add(Quad{{{{-9, y, 9}, {9, y, 9}, {9, y, -9}, {-9, y, -9}}}});
+  }
+  const Seen seen = look(b.background({1, 1, 1}).build(), kDown, 64);
+  EXPECT_NEAR(seen.radiance.r, 1, 0.01);
+  EXPECT_LE(seen.rays.reflection + seen.rays.refraction, Whitted::kMostSecondary);
+}
+
+TEST(Whitted, CutsDontDependOnTheBatch) {
+  const auto scene = pane_in_a_mirror();
+  const auto accel = make_accel(scene, {AccelKind::bvh});
+  Random random(0);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 20; ++i) rays.push_back({{0, 3, 0}, to_float(random.direction())});
+  std::vector<Hit> hits(rays.size());
+  accel->closest(rays, hits);
+  RayCounts together, one_by_one;
+  std::vector<Rgb> batch(rays.size());
+  Whitted(*scene, *accel, 64, together).radiance(rays, hits, batch);
+  Whitted alone(*scene, *accel, 64, one_by_one);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    Rgb radiance;
+    alone.radiance({&rays[i], 1}, {&hits[i], 1}, {&radiance, 1});
+    EXPECT_EQ(radiance, batch[i]);
+  }
+  EXPECT_EQ(together, one_by_one);
+  EXPECT_EQ(together.reflection + together.refraction, rays.size() * Whitted::kMostSecondary);
 }
 
 TEST(Whitted, WhiteGlassAndMirrorVanishInAConstantEnvironment) {

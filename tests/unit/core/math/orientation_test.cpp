@@ -93,5 +93,14 @@ TEST(Orientation, OfEqualPointsIsNone) {
   EXPECT_EQ(orientation_along(0, a, b, b), 0);
 }
 
+/// Six times a tetrahedron's volume; beside floats of any size, down to what double can't hold beside them.
+TEST(Orientation, KnowsVolumes) {
+  EXPECT_EQ(tessera::volume({0, 0, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}), -1);
+  EXPECT_EQ(tessera::volume({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, {1, 0, 0}), 1);
+  EXPECT_EQ(tessera::volume({3, 5, 7}, {4, 5, 7}, {3, 8, 7}, {3, 5, 12}), 15);
+  const float far = 0x1p60F, little = 0x1p-100F;
+  EXPECT_EQ(tessera::volume({1, 1, little}, {-far, 0, 0}, {far, -far, 0}, {0, far, 0}), -0x1p20 * 3);
+}
+
 }  // namespace
 }  // namespace tessera

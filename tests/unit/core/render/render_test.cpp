@@ -124,6 +124,19 @@ TEST(Render, BackgroundThatIsKnownCostsNothing) {
   EXPECT_EQ(p.cost_primitives[p.index(1, 1)], 0);
 }
 
+TEST(Render, BillionsOfBackgroundSamplesAreSummedInAMoment) {
+  Settings settings = small();
+  settings.width = settings.height = 1;
+  const Camera away = PerspectiveCamera{View{{0, 0, 9}, {0, 0, 99}}};
+  const auto scene = SceneBuilder().add(Sphere{{0, 0, 0}, 1}).background({1, 0.75F, 0}).build();
+  settings.samples = 1000;
+  EXPECT_EQ(render_image(scene, away, settings).pixels.color[0], (Rgb{1, 0.75F, 0}));
+  settings.samples = 4294967295;
+  const Rgb color = render_image(scene, away, settings).pixels.color[0];
+  EXPECT_EQ(color.r, 0x1p24F / 0x1p32F) << "a float counts to 2^24, one by one, and the mean divides by 2^32";
+  EXPECT_EQ(color.b, 0);
+}
+
 TEST(Render, StopsWhenTold_Stress53) {
   const auto scene = mixed_scene();
   Plan plan = make_plan(*scene, mixed_camera(), small());

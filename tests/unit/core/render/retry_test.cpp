@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/render/tile_renderer.h"
 #include "tests/support/image.h"
 #include "tests/support/scenes.h"
 
@@ -73,6 +74,48 @@ TEST(Tiles, StoppedMidwayAndRepeatedGiveTheSameBytes_Stress53) {
       EXPECT_EQ(expected->rays, again->rays);
     }
   }
+}
+
+TEST(Tiles, InStepsOnAnyThreadsGiveTheSameBytes) {
+  for (const bool costs : {false, true}) {
+    RenderContext context = context_for(ScreenBounds::flat);
+    if (costs) context.settings.aovs = {Aov::cost_volumes, Aov::cost_primitives};
+    context.settings.samples = costs ? 2 : 40;
+    for (std::size_t tile = 0; tile < context.plan.tiling.tiles.size(); ++tile) {
+      const auto expected = render_tile(context, tile);
+      TileRenderer renderer(context, tile);
+      std::uint64_t samples = 0;
+      std::size_t steps = 1;
+      const auto step = [&] { return renderer.go_on(TileRenderer::Clock::time_point::min()); };
+      for (bool is_done = false; !is_done; ++steps) {
+        if (steps < 100)
+          std::jthread([&] { is_done = step(); }).join();
+        else
+          is_done = step();
+        ASSERT_GE(renderer.samples_done(), samples);
+        samples = renderer.samples_done();
+      }
+      const bool is_empty = context.plan.tiling.tiles[tile].first_level == FirstLevel::nothing;
+      EXPECT_TRUE(is_empty || steps > context.scene->lights.size()) << "a step is one batch of rays, of one kind";
+      EXPECT_EQ(samples, static_cast<std::uint64_t>(expected->pixels.rect.area()) * context.settings.samples);
+      EXPECT_TRUE(same_bytes(expected->pixels, renderer.result().pixels)) << "tile " << tile;
+      EXPECT_EQ(expected->rays, renderer.result().rays);
+      EXPECT_EQ(expected->tests, renderer.result().tests);
+    }
+  }
+}
+
+TEST(Tiles, GoOnAfterAStop) {
+  const RenderContext context = context_for(ScreenBounds::off);
+  const auto expected = render_tile(context, 4);
+  std::stop_source stop;
+  stop.request_stop();
+  TileRenderer renderer(context, 4);
+  EXPECT_FALSE(renderer.go_on(TileRenderer::Clock::time_point::max(), stop.get_token()));
+  EXPECT_LT(renderer.samples_done(), static_cast<std::uint64_t>(expected->pixels.rect.area()) * 2);
+  EXPECT_TRUE(renderer.go_on(TileRenderer::Clock::time_point::max()));
+  EXPECT_TRUE(same_bytes(expected->pixels, renderer.result().pixels));
+  EXPECT_EQ(expected->rays, renderer.result().rays);
 }
 
 TEST(Tiles, InAnyOrderOnAnyThreadsGiveTheSameImage_Stress52_Stress53) {

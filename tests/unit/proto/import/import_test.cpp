@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <stop_token>
 
 #include <gtest/gtest.h>
 
@@ -58,15 +60,33 @@ TEST_F(ImportFile, GivesABrokenFileAsAProblemWithItsPlace) {
 
 TEST_F(ImportFile, SaysNothingThatJsonCannotHold) {
   const std::string bad = "\xFF\x01\xED\xA0\x80\xC3\xA9\xC3";  // U+00E9 is the one good character.
-  const Result<Imported> refused = import(bad + " 1\n", FileFormat::nff);
+  const Result<Imported> refused = import("ply\nformat ascii 1.0\n" + bad + " 1\n", FileFormat::ply);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.problem().errors.at(0).detail.substr(0, 11), "\"?????\xC3\xA9?\" ");
   EXPECT_TRUE(refused.problem().errors.at(0).detail.ends_with('.'));
 
-  const Result<Imported> warned = import("mtllib " + bad + "\nusemtl " + bad + "\n", FileFormat::obj);
+  const Result<Imported> warned =
+      import("mtllib " + bad + "\nusemtl " + bad + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", FileFormat::obj);
   ASSERT_TRUE(warned);
   EXPECT_NE(warned->warnings.at(1).detail.find("\"?????\xC3\xA9?\""), std::string::npos);
   for (const SceneWarning& warning : warned->warnings) EXPECT_TRUE(warning.detail.ends_with('.'));
+}
+
+/// A request that comes in the middle: when the file asks for its material library.
+TEST_F(ImportFile, StopsInTheMiddle) {
+  std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nmtllib a.mtl\n";
+  for (int i = 0; i < 10'000; ++i) text += "f 1 2 3\n";
+  std::ofstream(folder_ / "file") << text;
+  std::stop_source stop;
+  const auto companions = [&](std::string_view) -> std::optional<fs::path> {
+    stop.request_stop();
+    return std::nullopt;
+  };
+  EXPECT_THROW(import_file(folder_ / "file", FileFormat::obj, "shown", companions, stop.get_token()), Abandoned);
+  EXPECT_TRUE(import_file(folder_ / "file", FileFormat::obj, "shown", companions));
+  for (const FileFormat format : {FileFormat::nff, FileFormat::obj, FileFormat::ply}) {
+    EXPECT_THROW(import_file(folder_ / "file", format, "shown", nullptr, stop.get_token()), Abandoned);
+  }
 }
 
 TEST_F(ImportFile, RefusesWhatIsNoReadableFile) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stop_token>
 
 #include <gtest/gtest.h>
 
@@ -46,6 +47,39 @@ TEST(Nff, ViewTakesItsHeightFromTheFile) {
                   static_cast<float>(2 * std::atan(1.5)));
 }
 
+TEST(Nff, ResolutionIsTheImagesSize) {
+  EXPECT_EQ(read(kView).image, (ImageSize{512, 512}));
+  const std::string view = "v from 0 0 1 at 0 0 0 up 0 1 0 angle 90 hither 1 ";
+  EXPECT_EQ(read(view + "resolution 640 480").image, (ImageSize{640, 480}));
+  EXPECT_EQ(read(view).image, std::nullopt);
+  for (const char* none :
+       {"resolution 0 9", "resolution -4 9", "resolution 2.5 9", "resolution nan 9", "resolution 1e9 9"}) {
+    const Imported file = read(view + none + "\ns 0 0 0 1");
+    EXPECT_EQ(file.image, std::nullopt) << none;
+    ASSERT_EQ(file.warnings.size(), 1U) << none;
+    EXPECT_EQ(file.warnings[0].pointer, "a.nff:1");
+  }
+}
+
+TEST(Nff, WhatASecondOneReplacesIsTold) {
+  const Imported file = read("b 1 1 1\nb 0 0 0\ns 0 0 0 1");
+  EXPECT_EQ(file.background, Rgb{});
+  ASSERT_EQ(file.warnings.size(), 1U);
+  EXPECT_EQ(file.warnings[0].pointer, "a.nff:2");
+}
+
+TEST(Nff, NothingIsQuotedOfAFileThatMayBeAnything) {
+  for (const char* text : {"hunter2=1", "b hunter2 0 0", "v from hunter2", "p hunter2", "f 1 1 1 hunter2",
+                           "l 1 2 hunter2", "f 1 1 1 1 1 1 0 1 hunter2", "s 0 0 0 1 hunter2", "v hunter2 1 2"}) {
+    const std::string error = error_of(text);
+    EXPECT_EQ(error.find("hunter2"), std::string::npos) << error;
+    if (!error.empty()) continue;
+    for (const SceneWarning& warning : read(text).warnings) {
+      EXPECT_EQ(warning.detail.find("hunter2"), std::string::npos) << warning.detail;
+    }
+  }
+}
+
 TEST(Nff, ViewThatIsNoView) {
   const std::string start = "# a comment\nv\nfrom 2 1 1\n";
   EXPECT_EQ(error_of(start + "at 0 0 0\nangle 45"), "a.nff:2: A view needs from, at, up and angle");
@@ -55,7 +89,7 @@ TEST(Nff, ViewThatIsNoView) {
   EXPECT_NE(error_of(start + "at nan 0 0\nup 0 0 1\nangle 45"), "");
   EXPECT_NE(error_of(start + "at 0 0 0\nup 0 0 1\nangle 180"), "");
   EXPECT_NE(error_of(start + "at 0 0 0\nup 0 0 1\nangle nan"), "");
-  EXPECT_EQ(error_of(start + "at 0 0 0\nup 0 0 1\nangle 4,5"), "a.nff:6: A number is expected here, not \"4,5\"");
+  EXPECT_EQ(error_of(start + "at 0 0 0\nup 0 0 1\nangle 4,5"), "a.nff:6: A number is expected here");
 }
 
 TEST(Nff, BackgroundIsADisplayColour) {
@@ -103,7 +137,7 @@ TEST(Nff, FillsBecomeMaterials) {
 }
 
 TEST(Nff, FillThatIsNone) {
-  EXPECT_EQ(error_of("f 1 0 0\ns 0 0 0 1"), "a.nff:2: A number is expected here, not \"s\"");
+  EXPECT_EQ(error_of("f 1 0 0\ns 0 0 0 1"), "a.nff:2: A number is expected here");
   EXPECT_NE(error_of("f 1 1 1 1 1 1 0.5 0"), "") << "transmits without an index";
   EXPECT_NE(error_of("f 1 1 1 -1 1 1 0 0"), "");
   EXPECT_NE(error_of("f 1 1 1 1 1 nan 0 0"), "");
@@ -194,6 +228,12 @@ TEST(Nff, PatchNormalsWithoutDirectionAreReplaced) {
   EXPECT_NE(file.warnings[0].detail.find("(2 times)"), std::string::npos);
 }
 
+TEST(Nff, StopsWhenNobodyWantsIt) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(import_nff("s 0 0 0 1\n", "a.nff", stop.get_token()), Abandoned);
+}
+
 TEST(Nff, ConcavePolygonsKeepTheirArea) {
   const Imported file = read("p 4\n0 0 0\n2 -2 0\n0 4 0\n-2 -2 0\n");
   const auto& mesh = shape<TriangleMesh>(file, 0);
@@ -205,9 +245,9 @@ TEST(Nff, ConcavePolygonsKeepTheirArea) {
 
 TEST(Nff, WhatIsNoNffIsRefusedWithItsLine) {
   EXPECT_EQ(error_of("b 0 0 0\n\ntet 0 0 0 5"),
-            "a.nff:3: \"tet\" is no NFF entity: one of v b l f c s p pp # is expected here");
+            "a.nff:3: This is no NFF entity: one of v b l f c s p pp # is expected here");
   EXPECT_EQ(error_of("s 0 0 0"), "a.nff:1: The file ends where a number is expected");
-  EXPECT_EQ(error_of("s 0 0 0 1\r\ns 0 0 0x1 1"), "a.nff:2: A number is expected here, not \"0x1\"");
+  EXPECT_EQ(error_of("s 0 0 0 1\r\ns 0 0 0x1 1"), "a.nff:2: A number is expected here");
   EXPECT_NE(error_of("s 1 -15 2 4 8 8"), "");
   EXPECT_NE(error_of("p -3\n0 0 0"), "");
   EXPECT_NE(error_of("p 3.0\n0 0 0\n1 0 0\n0 1 0"), "");

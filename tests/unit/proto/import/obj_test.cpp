@@ -1,14 +1,18 @@
 #include "proto/import/obj.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
 #include "proto/import/broken_file.h"
+#include "proto/import/mtl.h"
 #include "proto/import/polygon.h"
 
 namespace tessera::proto {
@@ -66,11 +70,9 @@ TEST(Obj, NormalsWhereEveryCornerHasOne) {
   EXPECT_EQ(mesh(with).normals[3], (Vec3{0, 1, 1}));
   EXPECT_EQ(mesh(with).positions[3], Vec3{});
 
-  const Imported without = read(kSquare + normals + "f 1//1 2//1 3//1\nf 1/1 3/1 4/1\n");
+  const Imported without = read(kSquare + normals + "f 1/1 2/1 3/1\nf 1/1 3/1 4/1\n");
   EXPECT_TRUE(mesh(without).normals.empty());
   EXPECT_EQ(mesh(without).positions.size(), 4U);
-  ASSERT_EQ(without.warnings.size(), 1U);
-  EXPECT_EQ(without.warnings[0].pointer, "a.obj:8");
 }
 
 TEST(Obj, ManyNormalsAtOnePositionTakeNoTimeInTheirSquare) {
@@ -94,8 +96,9 @@ TEST(Obj, FacesMayNameWhatComesLater) {
 }
 
 TEST(Obj, LinesMayEndAsOnAnySystemBeContinuedAndHaveComments) {
-  const std::string text = kSquare + "f 1 2 3 4 # both\nv 5 5 5#\nv 6 6 6 #\n";
-  EXPECT_EQ(errors_of(text).size(), 1U) << "5# is no number";
+  const Imported hash = read(kSquare + "f 1 2 3 4 # both\nv 5 5 5#\nv 6 6 6 #\n");
+  ASSERT_EQ(hash.warnings.size(), 1U) << "5# is no number";
+  EXPECT_EQ(hash.warnings[0].pointer, "a.obj:6");
   const std::string good = kSquare + "f 1 2 3 4\t# both\n";
   std::string windows, mac = good;
   for (const char c : good) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
@@ -115,12 +118,32 @@ TEST(Obj, NumbersInEveryForm) {
   EXPECT_EQ(mesh(file).positions, (std::vector<Vec3>{{1, 0.5F, -10}, {1, 2, 3}, {0, 0, 0}}));
 }
 
-TEST(Obj, ANumberThatIsNoneIsRefusedWithItsLine) {
-  EXPECT_EQ(errors_of("v 0x1 0 0\nv 1 3.1+e2 0\n\nv 1 2\nvn 1 2 z\nv\nf\nv 1 1 1\n"),
+TEST(Obj, AVertexThatIsNoneKeepsItsPlaceAndCostsItsFaces) {
+  const Imported file = read(kSquare + "v 0x1 0 0\nv 1 3.1+e2 0\nv 1 2\nv\nv 2 2 2\nvn 1 2 z\n" +
+                             "f 1 2 5\nf 1 2 6\nf 1 7 3\nf 8 2 3\nf 1 2 9\nf -9 2 3\n");
+  EXPECT_EQ(mesh(file).triangles.size(), 2U);
+  EXPECT_EQ(mesh(file).positions.back(), (Vec3{2, 2, 2}));
+  ASSERT_EQ(file.warnings.size(), 3U);
+  EXPECT_EQ(file.warnings[0].pointer, "a.obj:5");
+  EXPECT_EQ(file.warnings[0].detail, "A vertex without three numbers costs the faces that use it (4 times)");
+  EXPECT_EQ(file.warnings[1].pointer, "a.obj:10");
+  EXPECT_NE(file.warnings[2].detail.find("was dropped (4 times)"), std::string::npos) << file.warnings[2].detail;
+}
+
+TEST(Obj, AFileOfWhichNothingIsLeftIsRefusedWithItsFirstErrors) {
+  EXPECT_EQ(errors_of("v 0x1 0 0\nv 1 3.1+e2 0\n\nv 1 2\nv\nf 1 2 3\nf 1 2 x\n"),
             (std::vector<std::string>{
-                "a.obj:1: A number is expected here, not \"0x1\"", "a.obj:2: A number is expected here, not \"3.1+e2\"",
-                "a.obj:4: Three numbers are expected here", "a.obj:5: A number is expected here, not \"z\"",
-                "a.obj:6: This line has no numbers", "a.obj:7: This line has no numbers"}));
+                "a.obj:1: A number is expected here", "a.obj:2: A number is expected here",
+                "a.obj:4: Three numbers are expected here", "a.obj:5: Three numbers are expected here",
+                "a.obj:7: A face's corners are written v, v/vt, v//vn or v/vt/vn, with whole numbers other than 0"}));
+  const std::vector<std::string> degenerate = errors_of(kSquare + "f 1 1 1\nf 1 2\n");
+  ASSERT_EQ(degenerate.size(), 3U);
+  EXPECT_EQ(degenerate[0], "a.obj:6: A face with less than 3 corners was dropped");
+  EXPECT_EQ(degenerate[1], "a.obj:5: A triangle with two corners in one place was dropped");
+  EXPECT_EQ(degenerate[2], "a.obj: The file has no triangles");
+  std::string many;
+  for (int i = 0; i < 100; ++i) many += "f 1 2 3\n";
+  EXPECT_EQ(errors_of(many).size(), kMaxFieldErrors);
 }
 
 TEST(Obj, TrianglesThatArentFiniteAreDroppedAndCounted) {
@@ -132,31 +155,127 @@ TEST(Obj, TrianglesThatArentFiniteAreDroppedAndCounted) {
   EXPECT_NE(file.warnings[1].detail.find("(4 times)"), std::string::npos);
 }
 
-TEST(Obj, CornersThatAreNone) {
-  for (const char* face :
-       {"1 2 x", "1 2 3a", "1 2 0", "1/0 2 3", "1//0 2//1 3//1", "1 2 3/", "1 2 3//", "1/1/ 2 3", "1/1/1/1 2 3",
-        "/1 2 3", "1-2 2 3", "1 2 +", "1 2 4294967297", "1.5 2 3", "1 2 3 \"", "//1 2 3"}) {
-    const std::vector<std::string> errors = errors_of(kSquare + "vt 0 0\nvn 0 0 1\nf " + face + '\n');
-    ASSERT_EQ(errors.size(), 1U) << face;
-    EXPECT_TRUE(errors[0].starts_with("a.obj:7: A face's corners are written")) << errors[0];
+TEST(Obj, AFaceWhoseCornersAreNoneIsDroppedAndCounted) {
+  for (const char* face : {"1 2 x", "1 2 3a", "1/1/1/1 2 3", "/1 2 3", "1-2 2 3", "1 2 +", "1 2 4294967297", "1.5 2 3",
+                           "1 2 3 \"", "//1 2 3", "1 2 3/x", "1//y 2 3"}) {
+    const std::string bad = "f " + std::string(face) + '\n';
+    const Imported file = read(kSquare + "vt 0 0\nvn 0 0 1\n" + bad + "f 1 2 3 4\n" + bad);
+    EXPECT_EQ(mesh(file).triangles.size(), 2U) << face;
+    ASSERT_EQ(file.warnings.size(), 1U) << face;
+    EXPECT_EQ(file.warnings[0].pointer, "a.obj:7");
+    EXPECT_EQ(file.warnings[0].detail,
+              "A face whose corners aren't written v, v/vt, v//vn or v/vt/vn was dropped (2 times)");
+    EXPECT_TRUE(error_of(kSquare + bad).starts_with("a.obj:5: A face's corners are written")) << face;
   }
-  EXPECT_TRUE(errors_of(kSquare + "vt 0 0\nvn 0 0 1\nf +1/1/1 -3//+1\t3 \n").empty());
+  EXPECT_TRUE(read(kSquare + "vt 0 0\nvn 0 0 1\nf +1/1/1 -3//+1\t3 \n").warnings.empty());
 }
 
-TEST(Obj, IndicesOutOfRangeAreAllNamed) {
-  EXPECT_EQ(
-      errors_of(kSquare + "f 1 2 5\nf 1 2 3\nf -5 1 2\nvt 0 0\nf 1/2 2/1 3/1\nf 1/-2 2/1 3/1\nf 1//1 2//1 3//1\n"),
-      (std::vector<std::string>{
-          "a.obj:7: Vertex -5 is out of range: before this line there are 4",
-          "a.obj:10: Texture coordinate -2 is out of range: before this line there are 1",
-          "a.obj:5: Vertex 5 is out of range: the file has 4",
-          "a.obj:9: Texture coordinate 2 is out of range: the file has 1",
-          "a.obj:11: Normal 1 is out of range: the file has 0",
-      }));
-  std::string many;
-  for (int i = 0; i < 100; ++i) many += "f 1 2 3\n";
-  EXPECT_EQ(errors_of(many).size(), kMaxFieldErrors);
-  EXPECT_EQ(error_of(kSquare + "f 1 2 999999999\n"), "a.obj:5: Vertex 999999999 is out of range: the file has 4");
+TEST(Obj, WhatFollowsASlashMayBeMissing) {
+  for (const char* face : {"1// 2// 3//", "1/ 2/ 3/", "1/1/ 2/1/ 3/1/", "1 2/ 3//", "1/1 2// 3"}) {
+    const Imported file = read(kSquare + "vt 0 0\nf " + std::string(face) + '\n');
+    EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}})) << face;
+    EXPECT_TRUE(mesh(file).normals.empty());
+    EXPECT_TRUE(file.warnings.empty()) << face;
+  }
+}
+
+TEST(Obj, AnIndexThatNothingNeedsIsIgnoredAndTold) {
+  for (const char* faces : {"f 1/7 2/7 3/7\n", "f 1/-1 2 3\n", "f 1/0 2 3\n", "f 1//0 2//0 3//0\n", "f 1//9 2 3\n",
+                            "f 1//-1 2 3\n", "f 1/1/1 2/1/1 3/1/1\n"}) {
+    const Imported file = read(kSquare + faces);
+    EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}})) << faces;
+    EXPECT_TRUE(mesh(file).normals.empty());
+    ASSERT_EQ(file.warnings.size(), 1U) << faces;
+    EXPECT_EQ(file.warnings[0].pointer, "a.obj:5");
+    EXPECT_TRUE(file.warnings[0].detail.starts_with("The index of a normal or a texture coordinate that isn't there"));
+  }
+  EXPECT_TRUE(read("f 1/1 2/2 3/1\n" + kSquare + "vt 0 0\nvt 1 1\n").warnings.empty()) << "they come later";
+}
+
+TEST(Obj, AFaceThatNamesNoVertexIsDroppedAndCounted) {
+  const Imported file = read(kSquare + "f 1 2 5\nf 1 2 3\nf -5 1 2\nf 0 1 2\nf 1 2 999999999\nf 1 3 4\nf 9 9 9\n");
+  EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
+  ASSERT_EQ(file.warnings.size(), 1U);
+  EXPECT_EQ(file.warnings[0].detail, "A face that names a vertex that isn't there was dropped (5 times)");
+
+  EXPECT_EQ(errors_of(kSquare + "f 1 2 5\nf -5 1 2\nf 0 1 2\n"),
+            (std::vector<std::string>{"a.obj:6: Vertex -5 is out of range: before this line there are 4",
+                                      "a.obj:7: Vertex 0 is out of range: vertices are counted from 1",
+                                      "a.obj:5: Vertex 5 is out of range: the file has 4"}));
+}
+
+TEST(Obj, NothingIsQuotedOfAFileThatMayBeAnything) {
+  const std::string secret = "password=hunter2";
+  for (const std::string& text :
+       {secret + "\n", "v " + secret + "\nf 1 2 3\n", "f " + secret + "\n", "usemtl " + secret + "\nf 1 2 3\n",
+        "vn " + secret + "\ns " + secret + "\ng " + secret + "\n" + secret}) {
+    std::string said;
+    for (const std::string& error : errors_of(text)) said += error;
+    try {
+      for (const SceneWarning& warning : read(text).warnings) said += warning.pointer + warning.detail;
+    } catch (const BrokenFile&) {
+    }
+    EXPECT_FALSE(said.empty());
+    EXPECT_EQ(said.find("hunter2"), std::string::npos) << said;
+  }
+}
+
+const std::string kRoof = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n";  // Two slopes, a ridge at 3 4.
+const Vec3 kFront = to_float(Vec3d{0, -std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2});
+const Vec3 kBack{0, -kFront.y, kFront.z};
+
+/// The mesh's normals, each with the place where it is.
+std::map<std::array<float, 3>, std::vector<Vec3>> normals_at(const TriangleMesh& mesh) {
+  std::map<std::array<float, 3>, std::vector<Vec3>> result;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    result[{mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z}].push_back(mesh.normals.at(i));
+  }
+  return result;
+}
+
+TEST(Obj, FacesOfOneSmoothingGroupShareTheirNormals) {
+  for (const char* on : {"s 1\n", "s on\n", "s 37\n"}) {
+    const Imported file = read(kRoof + on + "f 1 2 3 4\nf 4 3 5 6\n");
+    const auto normals = normals_at(mesh(file));
+    EXPECT_EQ(normals.at({1, 1, 1}), (std::vector<Vec3>{{0, 0, 1}})) << "the ridge, where slopes of one size meet";
+    ASSERT_EQ(normals.at({0, 0, 0}).size(), 1U);
+    EXPECT_FLOAT_EQ(normals.at({0, 0, 0})[0].y, kFront.y);
+    EXPECT_TRUE(file.warnings.empty());
+  }
+}
+
+TEST(Obj, SmoothingEndsAtItsGroup) {
+  for (const char* off : {"s off\n", "s 0\n"}) {
+    EXPECT_TRUE(mesh(read(kRoof + off + "f 1 2 3 4\nf 4 3 5 6\n")).normals.empty()) << "flat";
+  }
+  for (const char* second : {"s 2\n", "s off\n"}) {
+    const auto normals = normals_at(mesh(read(kRoof + "s 1\nf 1 2 3 4\n" + second + "f 4 3 5 6\n")));
+    ASSERT_EQ(normals.at({1, 1, 1}).size(), 2U);
+    for (const Vec3 n : normals.at({1, 1, 1})) EXPECT_FLOAT_EQ(std::abs(n.y), kBack.y);
+  }
+}
+
+TEST(Obj, SmoothingGoesAcrossObjectsGroupsAndMaterials) {
+  const Imported file = read(kRoof + "s 1\nf 1 2 3 4\ng other\nusemtl b\nf 4 3 5 6\n");
+  ASSERT_EQ(file.parts.size(), 2U);
+  EXPECT_EQ(normals_at(mesh(file, 0)).at({1, 1, 1}), (std::vector<Vec3>{{0, 0, 1}}));
+  EXPECT_EQ(normals_at(mesh(file, 1)).at({1, 1, 1}), (std::vector<Vec3>{{0, 0, 1}}));
+}
+
+TEST(Obj, NormalsThatAreNamedWinOverSmoothing) {
+  const auto normals = normals_at(mesh(read(kRoof + "vn 1 0 0\ns 1\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n")));
+  EXPECT_EQ(normals.at({0, 0, 0}), (std::vector<Vec3>{{1, 0, 0}}));
+  ASSERT_EQ(normals.at({1, 1, 1}).size(), 2U);
+  EXPECT_EQ(normals.at({1, 1, 1})[0], (Vec3{1, 0, 0}));
+  EXPECT_EQ(normals.at({1, 1, 1})[1], (Vec3{0, 0, 1})) << "the group's own";
+  const auto mixed = normals_at(mesh(read(kRoof + "vn 1 0 0\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n")));
+  EXPECT_FLOAT_EQ(mixed.at({1, 2, 0})[0].y, kBack.y) << "flat without a group";
+}
+
+TEST(Obj, ASmoothingGroupThatIsNoneIsTold) {
+  const Imported file = read(kRoof + "s x\nf 1 2 3 4\n");
+  ASSERT_EQ(file.warnings.size(), 1U);
+  EXPECT_EQ(file.warnings[0].pointer, "a.obj:7");
 }
 
 TEST(Obj, WhatIsNoText) {
@@ -173,7 +292,7 @@ TEST(Obj, IgnoredStatementsAreCounted) {
 }
 
 TEST(Obj, WithoutFacesThereIsNoPartButAWarning) {
-  for (const std::string& text : {std::string(), kSquare, kSquare + "f 1 1 1\n"}) {
+  for (const std::string& text : {std::string(), kSquare}) {
     const Imported file = read(text);
     EXPECT_TRUE(file.parts.empty());
     ASSERT_FALSE(file.warnings.empty());
@@ -200,17 +319,27 @@ class ObjMaterials : public testing::Test {
   Imported read_with(const std::string& statements) {
     return import_obj(kSquare + statements, "a.obj", [&](std::string_view name) -> std::optional<fs::path> {
       asked_.emplace_back(name);
-      return fs::is_regular_file(folder_ / name) ? std::optional(folder_ / name) : std::nullopt;
+      std::error_code error;  // Names may be longer than any file's.
+      return fs::is_regular_file(folder_ / name, error) ? std::optional(folder_ / name) : std::nullopt;
     });
   }
 
   Material material(const std::string& mtl) {
     write("m.mtl", "newmtl m\n" + mtl);
     const Imported file = read_with("mtllib m.mtl\nusemtl m\nf 1 2 3\n");
+    warnings_ = file.warnings;
     return file.materials.at(file.parts.at(0).material.value());
   }
 
+  /// That the last material had one warning, with these words, at a line of the library.
+  void expect_told(const std::string& words) {
+    ASSERT_EQ(warnings_.size(), 1U) << words;
+    EXPECT_NE(warnings_[0].detail.find(words), std::string::npos) << warnings_[0].detail;
+    EXPECT_TRUE(warnings_[0].pointer.starts_with("m.mtl:")) << warnings_[0].pointer;
+  }
+
   fs::path folder_;
+  std::vector<SceneWarning> warnings_;  ///< Of the last `material`.
   std::vector<std::string> asked_;
 };
 
@@ -237,6 +366,102 @@ TEST_F(ObjMaterials, MapOntoWhitted) {
   EXPECT_EQ(material("Tr 0.25\n").transmit, (Rgb{0.25F, 0.25F, 0.25F}));
   EXPECT_FALSE(material("Tr 0.25\nillum 6\nNi 1.3").fresnel);
   EXPECT_EQ(material("Tr 0.25\nillum 6\nNi 1.3").ior, 1.3F);
+  for (const char* model : {"illum 4", "illum 9", "illum 2"}) {
+    EXPECT_EQ(material(std::string("d 0.25\nNi 1.3\n") + model).ior, 1) << "refraction is on in 6 and 7 alone";
+  }
+  const Material without_index = material("Ks 1 1 1\nillum 5\n");
+  EXPECT_FALSE(without_index.fresnel) << "between equal media nothing would be mirrored";
+  EXPECT_EQ(without_index.reflect, (Rgb{1, 1, 1}));
+  EXPECT_TRUE(material("Ks 1 1 1\nNi 1.5\nillum 5\n").fresnel);
+}
+
+void expect_near(Rgb actual, Rgb expected, double slack = 1e-6) {
+  EXPECT_NEAR(actual.r, expected.r, slack);
+  EXPECT_NEAR(actual.g, expected.g, slack);
+  EXPECT_NEAR(actual.b, expected.b, slack);
+}
+
+TEST_F(ObjMaterials, TakeColoursInEveryForm) {
+  EXPECT_EQ(material("Kd 0.5\n").diffuse, (Rgb{0.5F, 0.5F, 0.5F}));
+  EXPECT_TRUE(warnings_.empty());
+  EXPECT_EQ(material("Ks 0.5 0.25\n").specular, (Rgb{0.5F, 0.25F, 0.5F}));
+  expect_told("two numbers");
+  EXPECT_EQ(material("kd 0.1 0.2 0.3\nKS 1\nNs 7\nns 8").diffuse, (Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_TRUE(warnings_.empty());
+  // The matrix of IEC 61966-2-1: its rows' sums where x = y = z, its columns.
+  expect_near(material("Kd xyz 0.5\n").diffuse, {0.60240F, 0.47420F, 0.45435F});
+  EXPECT_TRUE(warnings_.empty());
+  expect_near(material("Kd XYZ 0.475250 0.5 0.544550\n").diffuse, {0.5F, 0.5F, 0.5F},
+              1e-4);  // D65, as far as the matrix has digits.
+  EXPECT_EQ(material("Kd spectral ident.rfl 0.25\n").diffuse, (Rgb{0.25F, 0.25F, 0.25F}));
+  expect_told("Spectral curves aren't read");
+  EXPECT_EQ(material("Ks spectral my curve.rfl\n").specular, (Rgb{1, 1, 1}));
+  EXPECT_EQ(material("Kd 255 0 0\n").diffuse, (Rgb{255, 0, 0}));
+  expect_told("a component above 1");
+  EXPECT_EQ(material("Kd -1 0 0.5\n").diffuse, (Rgb{0, 0, 0.5F}));
+  expect_told("negative");
+  EXPECT_EQ(material("Kd 0.5 0.5 0.5 0.5\n").diffuse, (Rgb{0.5F, 0.5F, 0.5F}));
+  expect_told("What follows");
+}
+
+TEST_F(ObjMaterials, DissolveInEveryForm) {
+  const auto through = [&](const std::string& d) { return material(d + "\nillum 2\n").transmit.r; };
+  EXPECT_EQ(through("d 1"), 0);
+  EXPECT_EQ(through("d 0.25"), 0.75F);
+  EXPECT_EQ(through("Tr 0.25"), 0.25F);
+  EXPECT_TRUE(warnings_.empty());
+  EXPECT_EQ(through("d -halo 1.0"), 0) << "1 - (N.v)(1 - 1): opaque from everywhere";
+  expect_told("-halo");
+  EXPECT_FLOAT_EQ(through("d -halo 0"), 2.0F / 3) << "N.v is 2/3 on average over a ball's picture";
+  EXPECT_FLOAT_EQ(through("d -halo 0.4"), 0.4F);
+  EXPECT_EQ(through("d 0.25\nTr 0.25"), 0.75F);
+  expect_told("Tr isn't 1 - d");
+  EXPECT_EQ(through("d 7"), 0);
+  expect_told("from 0 to 1");
+}
+
+TEST_F(ObjMaterials, TheFilterColoursWhatGoesThrough) {
+  for (const char* model : {"6", "7"}) {
+    expect_near(material(std::string("Ks 0.25\nTf 0 1 0.5\nNi 1.5\nillum ") + model).transmit, {0, 0.75F, 0.375F});
+    EXPECT_TRUE(warnings_.empty()) << "(1 - Ks) Tf It";
+    EXPECT_TRUE(material(std::string("Ks 0.25\nNi 1.5\nillum ") + model).transmit.is_black());
+  }
+  EXPECT_EQ(material("Tf 1 0 0\nd 0.25\nillum 4").transmit, (Rgb{0.75F, 0, 0}));
+  expect_near(material("Tf 1 0 1\nKs 0.5\nd 0.25\nillum 6").transmit, {0.875F, 0, 0.875F});
+  EXPECT_TRUE(warnings_.empty());
+  for (const char* model : {"2", "4", "5", "9"}) {
+    EXPECT_TRUE(material(std::string("Tf 1 0 0\nNi 1.5\nillum ") + model).transmit.is_black());
+    expect_told("Tf without illum 6 or 7");
+  }
+}
+
+TEST_F(ObjMaterials, StatementsWithoutAMeaningHereAreTold) {
+  for (const char* statement :
+       {"Ka 1 1 1", "Ke 1 1 1", "ke 0 0 1", "Km 1",      "sharpness 60", "Pr 0.5",       "Pm 0",
+        "Ps 1",     "Pc 1",     "Pcr 1",    "aniso 0",   "anisor 0",     "map_aat on",   "unheard of",
+        "illum 0",  "illum 10", "illum 11", "illum 2.5", "Ni 0",         "map_Ke a.png", "REFL -type sphere a"}) {
+    material(std::string(statement) + '\n' + statement + '\n');
+    ASSERT_EQ(warnings_.size(), 1U) << statement;
+    EXPECT_EQ(warnings_[0].pointer, "m.mtl:2");
+    EXPECT_NE(warnings_[0].detail.find("(2 times)"), std::string::npos) << warnings_[0].detail;
+  }
+  material("Ke 0 0 0\nke 0.0\nKd 1 1 1\nillum 2\n");
+  EXPECT_TRUE(warnings_.empty()) << "it doesn't emit anyway";
+
+  write("m.mtl", "Kd 1 0 0\nnewmtl a\nKd 0 1 0\nnewmtl a\nKd 0 0 1\nnewmtl\n");
+  const Imported file = read_with("mtllib m.mtl\nusemtl a\nf 1 2 3\n");
+  ASSERT_EQ(file.materials.size(), 1U);
+  EXPECT_EQ(file.materials[0].diffuse, (Rgb{0, 1, 0}));
+  ASSERT_EQ(file.warnings.size(), 3U) << "one before, one again, one without a name";
+}
+
+TEST_F(ObjMaterials, NothingIsQuotedOfALibraryThatMayBeAnything) {
+  for (const char* text : {"KEY=hunter2\n", "newmtl a\nhunter2 = 7\nd hunter2\nKd hunter2\nillum hunter2\n"}) {
+    write("m.mtl", text);
+    for (const SceneWarning& warning : read_with("mtllib m.mtl\nf 1 2 3\n").warnings) {
+      EXPECT_EQ(warning.detail.find("hunter2"), std::string::npos) << warning.detail;
+    }
+  }
 }
 
 TEST_F(ObjMaterials, NumbersThatAreNoneCountAsZeroAndAreNamed) {
@@ -247,9 +472,15 @@ TEST_F(ObjMaterials, NumbersThatAreNoneCountAsZeroAndAreNamed) {
   EXPECT_EQ(file.materials[0].shininess, 0);
   EXPECT_EQ(file.materials[0].ior, 1);
   EXPECT_TRUE(file.materials[0].transmit.is_black());
-  ASSERT_EQ(file.warnings.size(), 1U);
-  EXPECT_EQ(file.warnings[0].pointer, "m.mtl:2");
-  EXPECT_NE(file.warnings[0].detail.find("(2 times)"), std::string::npos) << file.warnings[0].detail;
+  const std::vector<std::string> told{"m.mtl:2: A number is missing, or isn't one, and counts as 0 (3 times)",
+                                      "m.mtl:3: A colour has a component above 1, which is used as it is",
+                                      "m.mtl:3: A negative number counts as 0 (2 times)",
+                                      "m.mtl:5: An index of refraction that isn't above 0 was ignored",
+                                      "m.mtl:6: A number beyond the range from 0 to 1 counts as its nearest end",
+                                      "m.mtl:1: illum 5 or 7 without an Ni other than 1 reflects as 3 or 6"};
+  ASSERT_EQ(file.warnings.size(), told.size());
+  for (std::size_t i = 0; i < told.size(); ++i)
+    EXPECT_EQ(file.warnings[i].pointer + ": " + file.warnings[i].detail, told[i]);
 }
 
 TEST_F(ObjMaterials, TexturesAreNamedAsIgnored) {
@@ -268,7 +499,8 @@ TEST_F(ObjMaterials, ComeFromSeveralLibrariesWhoseNamesMayHoldBlanks) {
     ASSERT_EQ(file.parts.size(), 2U);
     EXPECT_EQ(file.materials.at(file.parts[0].material.value()).diffuse, (Rgb{1, 0, 0}));
     EXPECT_EQ(file.materials.at(file.parts[1].material.value()).diffuse, (Rgb{0, 1, 0}));
-    EXPECT_TRUE(file.warnings.empty());
+    ASSERT_EQ(file.warnings.size(), 1U) << "the second \"a\"";
+    EXPECT_TRUE(file.warnings[0].pointer.ends_with("c.mtl:3")) << file.warnings[0].pointer;
   }
 }
 
@@ -297,9 +529,65 @@ TEST_F(ObjMaterials, EmptyAndBrokenLibraries) {
 
 TEST_F(ObjMaterials, LibrariesWithoutNumberAreNotLookedForForever) {
   std::string statements;
-  for (int i = 0; i < 1000; ++i) statements += "mtllib " + std::to_string(i) + " a b c\n";
+  for (int i = 0; i < 5000; ++i) statements += "mtllib " + std::to_string(i) + " a b c\n";
   EXPECT_EQ(read_with(statements + "f 1 2 3\n").parts.size(), 1U);
-  EXPECT_LE(asked_.size(), 64U);
+  EXPECT_LE(asked_.size(), LibrarySearch::kMostNames);
+}
+
+TEST_F(ObjMaterials, ComeFromMoreLibrariesThanALineShouldName) {
+  std::string statement = "mtllib";
+  std::string faces;
+  for (int i = 0; i < 100; ++i) {
+    const std::string name = 'm' + std::to_string(i);
+    write(name + ".mtl", "newmtl " + name + "\n");
+    statement += ' ' + name + ".mtl";
+    faces += "usemtl " + name + "\nf 1 2 3\n";
+  }
+  const Imported file = read_with(statement + '\n' + faces);
+  EXPECT_EQ(file.materials.size(), 100U);
+  EXPECT_TRUE(file.warnings.empty());
+}
+
+TEST_F(ObjMaterials, LibrariesAreReadUpToASize) {
+  std::string statements;
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = 'm' + std::to_string(i);
+    write(name + ".mtl", "newmtl " + name + "\n#" + std::string(MtlLibraries::kMostBytes / 3, 'x') + '\n');
+    statements += "mtllib " + name + ".mtl\n";
+  }
+  const Imported file = read_with(statements + "f 1 2 3\n");
+  EXPECT_EQ(file.materials.size(), 2U);
+  EXPECT_EQ(file.warnings.back().pointer, "m3.mtl");
+}
+
+/// Whoever sends an OBJ file with its libraries finds them by the scanner, in pieces; the reader has lines of its own.
+TEST_F(ObjMaterials, ReaderAndScannerSeeTheSameStatements) {
+  constexpr std::string_view kPieces[] = {"mtllib", "MtlLib", " ",  "\t", "\\", "\n", "\r",   "\r\n",
+                                          "#",      "a.mtl",  "\"", "v",  "x",  "mt", "\\\n", "\nmtllib b "};
+  for (unsigned seed = 0; seed < 3000; ++seed) {
+    std::mt19937 random(seed);
+    std::string text;
+    for (int i = 0; i < 24; ++i) text += kPieces[random() % std::size(kPieces)];
+
+    std::vector<std::string> read, scanned;
+    const auto list = [](std::vector<std::string>& names) {
+      return [&names](std::string_view name) { return names.emplace_back(name), false; };
+    };
+    const auto read_by = list(read);
+    try {
+      import_obj(text, "a.obj", [&](std::string_view name) { return read_by(name), std::nullopt; });
+    } catch (const BrokenFile&) {
+      continue;  // What it saw until then isn't all.
+    }
+    LibrarySearch search(list(scanned));
+    MtllibScanner scanner([&](std::string_view arguments) { search.look_for(arguments); });
+    for (std::size_t at = 0, size = 0; at < text.size(); at += size) {
+      size = 1 + random() % 7;
+      scanner.feed(std::string_view(text).substr(at, size));
+    }
+    scanner.finish();
+    EXPECT_EQ(scanned, read) << "seed " << seed << '\n' << text;
+  }
 }
 
 }  // namespace

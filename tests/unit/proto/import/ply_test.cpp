@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
+#include <stop_token>
 
 #include <gtest/gtest.h>
 
@@ -198,10 +199,11 @@ TEST(Ply, WithoutTrianglesThereIsNoPartButAWarning) {
 }
 
 TEST(Ply, UnusableTrianglesAreDroppedAndCounted) {
-  const Imported file = read(square_header("element face 4\nproperty list uchar int vertex_indices\n") +
-                             "0 0 0\n1 0 nan\n1 1 0\n0 1e40 0\n3 0 1 2\n3 0 2 2\n4 0 1 2 3\n3 0 2 3\n");
-  EXPECT_TRUE(file.parts.empty());
-  ASSERT_EQ(file.warnings.size(), 3U);
+  const Imported file = read("ply\nformat ascii 1.0\nelement vertex 5\n" + kXyz +
+                             "element face 5\nproperty list uchar int vertex_indices\nend_header\n"
+                             "0 0 0\n1 0 nan\n1 1 0\n0 1e40 0\n1 0 0\n3 0 1 2\n3 0 2 2\n4 0 1 2 3\n3 0 2 3\n3 0 4 2\n");
+  EXPECT_EQ(mesh(file).triangles.size(), 1U);
+  ASSERT_EQ(file.warnings.size(), 2U);
   EXPECT_NE(file.warnings[0].detail.find("(4 times)"), std::string::npos) << file.warnings[0].detail;
   EXPECT_NE(file.warnings[1].detail.find("two corners in one place"), std::string::npos);
 }
@@ -221,19 +223,49 @@ TEST(Ply, ADoubleBeyondFloatIsNotFinite) {
       "y\nproperty double z\nelement face 1\nproperty list uchar uchar vertex_indices\nend_header\n";
   for (const double v : {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1e300, 0.0}) bytes += raw(v, false);
   bytes += std::string("\3\0\1\2", 4);
-  EXPECT_TRUE(read(bytes).parts.empty());
+  EXPECT_NE(errors_of(bytes).at(0).find("NaN, infinite or beyond"), std::string::npos);
 }
 
-TEST(Ply, IndicesOutOfRangeAreAllNamed) {
-  const std::string header = square_header("element face 3\nproperty list uchar int vertex_indices\n") + kSquare;
-  const std::vector<std::string> errors = errors_of(header + "3 0 1 4\n3 0 1 2\n3 -1 1 2\n");
-  ASSERT_EQ(errors.size(), 2U);
+TEST(Ply, FacesThatNameNoVertexAreDroppedAndCounted) {
+  const std::string header = square_header("element face 4\nproperty list uchar int vertex_indices\n") + kSquare;
+  const Imported file = read(header + "3 0 1 4\n3 0 1 2\n3 -1 1 2\n4 0 1 9 9\n");
+  EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}}));
+  ASSERT_EQ(file.warnings.size(), 1U);
+  EXPECT_EQ(file.warnings[0].pointer, "a.ply:14");
+  EXPECT_EQ(file.warnings[0].detail, "A face that names a vertex that isn't there was dropped (3 times)");
+
+  const std::vector<std::string> errors = errors_of(header + "3 0 1 4\n2 0 1\n3 -1 1 2\n0\n");
+  ASSERT_EQ(errors.size(), 2U) << "nothing is left";
   EXPECT_EQ(errors[0], "a.ply:14: face 0 names vertex 4, but the file has 4, counted from 0");
   EXPECT_TRUE(errors[1].starts_with("a.ply:16: face 2 names vertex -1")) << errors[1];
 
   std::string many = square_header("element face 1\nproperty list int int vertex_indices\n") + kSquare + "100";
   for (int i = 0; i < 100; ++i) many += " 9";
   EXPECT_EQ(errors_of(many).size(), kMaxFieldErrors);
+}
+
+TEST(Ply, OfAStripOnlyTheTrianglesThatNameNoVertexAreDropped) {
+  const Imported file = read("ply\nformat ascii 1.0\nelement vertex 6\n" + kXyz +
+                             "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+                             "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n8 0 1 2 7 3 2 4 5\n");
+  EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}, {3, 2, 4}, {4, 2, 5}}));
+  EXPECT_EQ(file.warnings.size(), 1U);
+}
+
+TEST(Ply, NothingIsQuotedOfAFileThatMayBeAnything) {
+  for (const char* text : {"hunter2\n", "ply\nhunter2\n", "ply\nelement hunter2 x\n",
+                           "ply\nelement hunter2 1\nelement "
+                           "hunter2 1\n",
+                           "ply\nelement a 1\nproperty hunter2 x\n", "ply\nformat hunter2\n"}) {
+    EXPECT_EQ(error_of(text).find("hunter2"), std::string::npos) << error_of(text);
+  }
+  EXPECT_NE(error_of("ply\nformat ascii 1.0\nvertexes 3\n").find("\"vertexes\""), std::string::npos) << "a PLY file";
+}
+
+TEST(Ply, StopsWhenNobodyWantsIt) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(import_ply(kTriangleHeader + "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", "a.ply", stop.get_token()), Abandoned);
 }
 
 TEST(Ply, ATruncatedBinaryFileNamesTheMissingBytes) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <stop_token>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -15,7 +17,8 @@ namespace {
 
 std::vector<TriangleIndices> cut(const std::vector<Vec3>& positions, const Indices& corners) {
   std::vector<TriangleIndices> triangles;
-  EXPECT_EQ(triangulate(positions, corners, triangles), Triangulated::yes);
+  Steps steps;
+  EXPECT_TRUE(triangulate(positions, corners, triangles, steps));
   return triangles;
 }
 
@@ -86,10 +89,8 @@ TEST(Polygon, ThatCrossesItselfStillHasItsTriangles) {
     std::vector<Vec3> positions(4 + seed % 40);
     for (Vec3& p : positions) p = {float(coordinate(random)), float(coordinate(random)), 0};
     const Indices corners = all_corners(positions.size());
-    std::vector<TriangleIndices> triangles;
-    ASSERT_EQ(triangulate(positions, corners, triangles), Triangulated::yes);
     Vec3d sum;
-    for (const TriangleIndices& t : triangles) sum = sum + area_vector(positions, t);
+    for (const TriangleIndices& t : cut(positions, corners)) sum = sum + area_vector(positions, t);
     EXPECT_EQ(sum, area_vector(positions, corners)) << "seed " << seed;
   }
 }
@@ -98,13 +99,30 @@ TEST(Polygon, ANonFiniteOrHugeCornerIsRefused) {
   for (const float bad : {std::nanf(""), INFINITY, 1e30F}) {
     const std::vector<Vec3> positions{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, bad, 0}};
     std::vector<TriangleIndices> triangles;
-    EXPECT_EQ(triangulate(positions, all_corners(4), triangles), Triangulated::not_finite);
+    Steps steps;
+    EXPECT_FALSE(triangulate(positions, all_corners(4), triangles, steps));
     EXPECT_TRUE(triangles.empty());
   }
 }
 
-/// A comb: concave everywhere, never a fan.
-std::vector<Vec3> comb(std::size_t teeth) {
+Vec3 at(double angle, double radius) { return to_float(Vec3d{radius * std::cos(angle), radius * std::sin(angle), 0}); }
+
+/// A band of constant width around the origin, `turns` times.
+std::vector<Vec3> spiral(std::size_t corners, double turns) {
+  const std::size_t half = corners / 2;
+  std::vector<Vec3> positions(2 * half);
+  for (std::size_t i = 0; i < half; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(half);
+    const double angle = 2 * std::numbers::pi * turns * share;
+    positions[i] = at(angle, 1 + turns * share);
+    positions[2 * half - 1 - i] = at(angle, 0.6 + turns * share);
+  }
+  return positions;
+}
+
+/// Teeth that are cut off a bar: concave everywhere, never a fan.
+std::vector<Vec3> comb(std::size_t corners) {
+  const std::size_t teeth = corners / 2 - 1;
   std::vector<Vec3> positions{{0, -1, 0}, {2 * static_cast<float>(teeth), -1, 0}};
   for (std::size_t i = teeth; i > 0; --i) {
     positions.push_back({2 * static_cast<float>(i), 1, 0});
@@ -113,19 +131,93 @@ std::vector<Vec3> comb(std::size_t teeth) {
   return positions;
 }
 
-TEST(Polygon, BeyondTheCapOnlyAFanIsCut) {
-  expect_tiled(comb(kMostCornersToCut / 2 - 1));
-  const auto large = comb(500'000);
-  std::vector<TriangleIndices> triangles;
-  EXPECT_EQ(triangulate(large, all_corners(large.size()), triangles), Triangulated::too_many_corners);
-  EXPECT_TRUE(triangles.empty());
-
-  std::vector<Vec3> circle(10'000);
-  for (std::size_t i = 0; i < circle.size(); ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(circle.size());
-    circle[i] = to_float(Vec3d{1000 * std::cos(angle), 1000 * std::sin(angle), 0});
+std::vector<Vec3> star(std::size_t corners) {
+  std::vector<Vec3> positions(corners);
+  for (std::size_t i = 0; i < corners; ++i) {
+    positions[i] = at(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(corners), i % 2 ? 1 : 100);
   }
-  EXPECT_EQ(triangulate(circle, all_corners(circle.size()), triangles), Triangulated::yes);
+  return positions;
+}
+
+/// Of any radius: most diagonals are long.
+std::vector<Vec3> random_star(std::size_t corners) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution radius(0.05, 1.0);
+  std::vector<Vec3> positions(corners);
+  for (std::size_t i = 0; i < corners; ++i) {
+    positions[i] = at(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(corners), radius(random));
+  }
+  return positions;
+}
+
+/// All corners but one lie on a line.
+std::vector<Vec3> line(std::size_t corners) {
+  std::vector<Vec3> positions;
+  for (std::size_t i = 1; i < corners; ++i) positions.push_back({static_cast<float>(i), 0, 0});
+  positions.push_back({-1, 1, 0});
+  return positions;
+}
+
+struct Large {
+  const char* name;
+  std::vector<Vec3> (*make)(std::size_t corners);
+};
+constexpr Large kLarge[]{
+    {"spiral", [](std::size_t n) { return spiral(n, 10); }},
+    {"narrow spiral", [](std::size_t n) { return spiral(n, std::pow(static_cast<double>(n), 2.0 / 3) / 6); }},
+    {"comb", comb},
+    {"star", star},
+    {"random star", random_star},
+    {"line", line}};
+
+TEST(Polygon, LargeOnesAreTiled) {
+  for (const Large& shape : kLarge) {
+    SCOPED_TRACE(shape.name);
+    expect_tiled(shape.make(20'000));
+  }
+}
+
+/// A step is a corner that is asked, or a box of corners that is looked into. Looking at every other corner for every
+/// ear would take more than 10^9 of them, and 10^12.
+TEST(Polygon, LargeOnesTakeStepsNearTheirNumberOfCorners) {
+  for (const Large& shape : kLarge) {
+    SCOPED_TRACE(shape.name);
+    for (const auto& [corners, most] : {std::pair<std::size_t, std::uint64_t>{4096, 200}, {100'000, 600}}) {
+      const std::vector<Vec3> positions = shape.make(corners);
+      std::vector<TriangleIndices> triangles;
+      Steps steps;
+      ASSERT_TRUE(triangulate(positions, all_corners(positions.size()), triangles, steps));
+      EXPECT_EQ(triangles.size(), positions.size() - 2);
+      EXPECT_LE(steps.taken(), most * corners);
+    }
+  }
+  const std::vector<Vec3> million = spiral(1'000'000, 1500);
+  std::vector<TriangleIndices> triangles;
+  Steps steps;
+  ASSERT_TRUE(triangulate(million, all_corners(million.size()), triangles, steps));
+  EXPECT_EQ(triangles.size(), million.size() - 2);
+  EXPECT_LE(steps.taken(), 600U * 1'000'000);
+}
+
+TEST(Polygon, LargeOnesThatCrossThemselvesTakeFewStepsToo) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> anywhere(0, 1);
+  std::vector<Vec3> positions(100'000);
+  for (Vec3& p : positions) p = {anywhere(random), anywhere(random), 0};
+  std::vector<TriangleIndices> triangles;
+  Steps steps;
+  ASSERT_TRUE(triangulate(positions, all_corners(positions.size()), triangles, steps));
+  EXPECT_EQ(triangles.size(), positions.size() - 2);
+  EXPECT_LE(steps.taken(), 600U * 100'000);
+}
+
+TEST(Polygon, StopsWhenNobodyWantsIt) {
+  std::stop_source stop;
+  stop.request_stop();
+  Steps steps(stop.get_token());
+  const std::vector<Vec3> positions = comb(100'000);
+  std::vector<TriangleIndices> triangles;
+  EXPECT_THROW(triangulate(positions, all_corners(positions.size()), triangles, steps), Abandoned);
 }
 
 TEST(Polygon, RandomStarShapedOnesAreTiledInAnyPlane) {

@@ -1,0 +1,121 @@
+#include "client/refusal.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::client {
+namespace {
+
+using nlohmann::json;
+
+/// How the refusals are called here whose titles speak of requests.
+struct Title {
+  std::string_view code, title;
+  bool has_detail;  ///< Whether what the server says of this case helps here.
+};
+constexpr Title kTitles[] = {
+    {"malformed_json", "The server can't read the document", true},
+    {"malformed_request", "The server can't do what was asked", true},
+    {"not_found", "", true},
+    {"method_not_allowed", "The server doesn't know this command; it may be of another version", false},
+    {"not_acceptable", "The image doesn't come so", true},
+    {"payload_too_large", "Too large for this server", true},
+    {"unsupported_media_type", "The server can't read what was sent; it may be of another version", false},
+    {"hash_mismatch", "The file changed while it was sent; try again", false},
+};
+
+/// A clause that holds the first says the second here, or nothing.
+constexpr std::pair<std::string_view, std::string_view> kClauses[] = {
+    {"?partial", "--partial fetches the image so far"},
+    {"/settings/aovs", "submit it with --aov"},
+    {"name it by blob", ""},
+    {"POST it again", "submit it again"},
+    {"/v1/jobs", "'tessera list' lists all"},
+    {"/v1/scenes", "submit the scene itself"},
+    {"/v1/blobs", "name the file by its path"},
+    {"query parameter", ""},
+    {"`errors`", ""},
+    {"Content-", ""},
+    {"Accept", ""},
+    {"HTTP", ""},
+    {"GET ", ""},
+    {"PUT ", ""},
+    {"POST ", ""},
+    {"DELETE ", ""},
+};
+
+std::string text_of(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+/// Drops media types: "png (image/png), jpeg (image/jpeg)" names formats enough.
+std::string without_media_types(std::string text) {
+  for (std::size_t at = text.find(" (image/"); at != text.npos; at = text.find(" (image/", at))
+    text.erase(at, std::min(text.find(')', at), text.size() - 1) + 1 - at);
+  return text;
+}
+
+std::string in_our_words(const std::string& text) {
+  std::string said, separator;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const std::size_t end = std::min({rest.find("; "), rest.find(". "), rest.size()});
+    std::string_view clause = rest.substr(0, end);
+    const std::string after(rest.substr(end, 2));
+    rest.remove_prefix(end + after.size());
+    for (const auto& [theirs, ours] : kClauses) {
+      if (clause.find(theirs) == clause.npos) continue;
+      clause = ours;
+      break;
+    }
+    if (clause.empty()) continue;
+    said += separator + std::string(clause);
+    separator = after;
+  }
+  return without_media_types(std::move(said));
+}
+
+/// Options for the query's parameters, which have their names.
+std::string place_of(const std::string& pointer) {
+  return pointer.starts_with('?') ? "--" + pointer.substr(1) : pointer;
+}
+
+std::string message_of(const json& problem) {
+  std::string title = text_of(problem, "title"), detail = in_our_words(text_of(problem, "detail"));
+  const auto ours = std::ranges::find(kTitles, text_of(problem, "code"), &Title::code);
+  if (ours != std::end(kTitles)) {
+    title = ours->title;
+    if (!ours->has_detail) detail.clear();
+  }
+  return title.empty() || detail.empty() ? title + detail : title + ": " + detail;
+}
+
+}  // namespace
+
+std::vector<proto::FieldError> field_errors(const json& document, const char* key) {
+  std::vector<proto::FieldError> errors;
+  const json list = document.is_object() ? document.value(key, json()) : json();
+  if (!list.is_array()) return errors;
+  for (const json& error : list)
+    if (error.is_object())
+      errors.push_back({place_of(text_of(error, "pointer")), in_our_words(text_of(error, "detail"))});
+  return errors;
+}
+
+Failure refusal(const HttpResponse& response) {
+  const json problem = json::parse(response.body, nullptr, false);
+  std::string message, code;
+  if (problem.is_object()) {
+    message = message_of(problem);
+    code = text_of(problem, "code");
+  }
+  if (message.empty())
+    message = "The server refuses, with status " + std::to_string(response.status) + "; is this a Tessera server?";
+  if (!response.retry_after.empty()) message += " (try again in " + response.retry_after + " s)";
+  return {Failure::Kind::refused, message, field_errors(problem, "errors"), code};
+}
+
+}  // namespace tessera::client

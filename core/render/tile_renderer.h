@@ -1,0 +1,64 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+#include <utility>
+#include <vector>
+
+#include "core/integrator/whitted.h"
+#include "core/render/render.h"
+#include "core/render/sample_order.h"
+#include "core/sampling/pixel_samples.h"
+
+namespace tessera {
+
+/// One tile being rendered, a chunk of its samples at a time. The result is the same wherever it is interrupted, and
+/// whatever threads it goes on in; one at a time.
+class TileRenderer {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// For tile `index` of the plan. The context has to outlive this.
+  TileRenderer(const RenderContext& context, std::size_t index);
+  TileRenderer(const TileRenderer&) = delete;
+
+  /// Goes on until the tile is done, or `until` has passed, or `stop` is requested; by one batch of rays at least. It
+  /// looks at both after each. Whether the tile is done.
+  bool go_on(Clock::time_point until, const std::stop_token& stop = {});
+
+  /// What has been done so far; pixels mean nothing until the tile is done.
+  const TileResult& result() const { return result_; }
+  TileResult take_result() { return std::move(result_); }
+  std::uint64_t samples_done() const { return samples_done_; }
+
+ private:
+  void fill_with_background();
+  void begin_chunk();
+  void end_chunk();
+  void trace_first_level();
+  void record_aovs();
+  void record_costs(std::size_t at);
+  std::size_t pixel(const Sample& sample) const { return result_.pixels.index(sample.x, sample.y); }
+
+  const RenderContext& context_;
+  const Tile& tile_;
+  SampleOrder order_;
+  PixelOffsets offsets_;
+  Candidates candidates_;
+  TileResult result_;  ///< Colours are sums until all is traced.
+  TraceLog log_;
+  std::optional<Whitted> whitted_;  ///< Unless nothing projects into the tile.
+  TestCounts before_pixel_;
+  std::uint64_t samples_done_ = 0;
+  // Of the chunk at hand; empty between two.
+  std::vector<Sample> samples_;
+  std::vector<Ray> rays_;
+  Directions directions_;
+  std::vector<Hit> hits_;
+  std::vector<Rgb> radiance_;
+};
+
+}  // namespace tessera

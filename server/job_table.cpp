@@ -148,8 +148,12 @@ bool JobTable::end(Job& job, JobState to, Films& dropped) {
 }
 
 void JobTable::drop_film(Job& job, Films& dropped) {
-  if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
-  dropped.push_back(std::move(job.film));
+  try {
+    if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
+    dropped.push_back(job.film);
+  } catch (const std::bad_alloc&) {  // Then it isn't counted any more, or freed here.
+  }
+  job.film.reset();
   ended_bytes_ -= job.film_bytes;
   ended_images_.erase(job.among_images);
   job.view.image = proto::ImageState::gone;

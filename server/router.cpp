@@ -32,7 +32,7 @@ std::span<const Route> route_table() {
        "/v1/jobs/{id}/image",
        {"aov", "format", "partial", "quality", "subsampling"},
        Body::none,
-       Place::slow,
+       Place::quick,
        fetch_image},
       {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},

@@ -15,6 +15,7 @@
 #include "server/image_cache.h"
 #include "server/image_choice.h"
 #include "server/job_table.h"
+#include "server/lane.h"
 
 namespace tessera::server {
 using proto::ImageState;
@@ -99,6 +100,7 @@ Response fetch_image(Services& services, Request& request) {
     return response;
   }
   if (!image) {
+    if (FileBudget::is_limited()) throw TooHeavy{};  // Encoding, and waiting for it, is for the slow lane.
     const auto make = [&](const std::stop_token& unwanted) {
       EncodedImage made = encode_picture(picture, unwanted);
       spdlog::debug("job {}: encoded as {}", job->id, choice->format.name);

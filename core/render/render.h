@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -15,7 +16,11 @@
 
 namespace tessera {
 
-/// Everything that rendering a tile reads; shared by all threads of a job. Immutable but for the marks.
+/// How many samples tiles had better trace together: few at first, and fewer where rays turn out to be dear. It is a
+/// matter of time alone; no pixel depends on it.
+using ChunkSize = std::atomic<std::size_t>;
+
+/// Everything that rendering a tile reads; shared by all threads of a job. Immutable but for the marks and the chunks.
 struct RenderContext {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Accel> accel;  ///< Null where the plan needs none (`needs_structure`).
@@ -23,6 +28,7 @@ struct RenderContext {
   Plan plan;
   CameraRays rays;
   std::shared_ptr<ObjectMarks> tested = nullptr;  ///< Told which objects are tested; null when nobody asks.
+  std::shared_ptr<ChunkSize> chunk = std::make_shared<ChunkSize>(64);
 };
 
 struct TileResult {

@@ -12,6 +12,10 @@ namespace {
 /// is known of them to stay in the caches.
 constexpr std::size_t kChunk = 1024;
 
+/// A chunk whose batches of rays take longer is followed by a smaller one, as others wait for their turn; a chunk whose
+/// batches take less than half of it, by a larger one.
+constexpr std::chrono::milliseconds kLongBatch{10};
+
 bool records_costs(const Settings& settings) {
   return settings.aovs.contains(Aov::cost_volumes) || settings.aovs.contains(Aov::cost_primitives);
 }
@@ -58,9 +62,10 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   }
   // Costs are told apart by pixel.
   const std::size_t most_pixels = records_costs(context_.settings) ? 1 : kChunk;
+  Clock::time_point now = Clock::now();
   do {
     if (samples_.empty()) {
-      if (!order_.next(kChunk, most_pixels, samples_)) {
+      if (!order_.next(samples_at_once(), most_pixels, samples_)) {
         for (Rgb& color : result_.pixels.color) color = mean(color, context_.settings.samples);
         return true;
       }
@@ -68,8 +73,22 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
     } else if (!whitted_->go_on()) {
       end_chunk();
     }
-  } while (Clock::now() < until && !stop.stop_requested());
+    const Clock::time_point before = std::exchange(now, Clock::now());
+    longest_batch_ = std::max(longest_batch_, now - before);
+  } while (now < until && !stop.stop_requested());
   return false;
+}
+
+/// What structures count may depend on which rays go together.
+std::size_t TileRenderer::samples_at_once() const { return log_.counts ? kChunk : context_.chunk->load(); }
+
+void TileRenderer::fit_chunks() {
+  const std::size_t size = samples_.size();
+  if (longest_batch_ > kLongBatch)
+    *context_.chunk = std::max<std::size_t>(1, size * kLongBatch / longest_batch_);
+  else if (longest_batch_ < kLongBatch / 2 && size < kChunk && size == *context_.chunk)
+    *context_.chunk = std::min(kChunk, 2 * size);
+  longest_batch_ = {};
 }
 
 void TileRenderer::fill_with_background() {
@@ -93,6 +112,7 @@ void TileRenderer::end_chunk() {
     sum = sum + radiance_[i];
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
+  fit_chunks();
   samples_done_ += samples_.size();
   samples_.clear();
 }

@@ -36,6 +36,9 @@ class TileRenderer {
 
  private:
   void fill_with_background();
+  std::size_t samples_at_once() const;
+  /// Has the job's chunks grow or shrink by what this one's batches have taken.
+  void fit_chunks();
   void begin_chunk();
   void end_chunk();
   void trace_first_level();
@@ -54,6 +57,7 @@ class TileRenderer {
   TestCounts before_pixel_;
   std::uint64_t samples_done_ = 0;
   // Of the chunk at hand; empty between two.
+  Clock::duration longest_batch_{};
   std::vector<Sample> samples_;
   std::vector<Ray> rays_;
   Directions directions_;

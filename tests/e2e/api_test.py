@@ -11,7 +11,7 @@ import zlib
 from concurrent.futures import ThreadPoolExecutor
 
 from daemon import Daemon
-from documents import SMALL_JOB, SPHERE, endless_job
+from documents import SMALL_JOB, SPHERE, crowd, endless_job
 
 STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE"}
 MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "exr": "image/x-exr", "hdr": "image/vnd.radiance"}
@@ -238,9 +238,7 @@ class ApiTest(unittest.TestCase):
 
     def test_an_image_that_isnt_begun_is_not_promised(self):
         with Daemon("--threads", "1") as daemon:
-            # One tile: between tiles the thread would turn to the job that waits.
-            busy = daemon.submit(endless_job(tile_size=16000))
-            daemon.wait_until(busy, lambda status: status["state"] == "rendering")
+            crowd(daemon)
             waiting = daemon.submit(endless_job())
             reply = daemon.request("GET", f"/v1/jobs/{waiting}/image")
             self.assertEqual(reply.status, 409)

@@ -14,6 +14,7 @@ import threading
 import unittest
 
 from daemon import ENDED, Daemon
+from documents import crowd
 
 OK, JOB_FAILED, USAGE, REFUSED, UNREACHABLE, LOCAL_FILE = range(6)
 INTERRUPTED, READER_HAS_GONE = 130, 141
@@ -194,9 +195,7 @@ class Commands(ClientTest):
 
     def test_a_job_that_isnt_planned(self):
         with Daemon("--threads", "1") as daemon:
-            # One tile: between tiles the thread would turn to the job that waits.
-            busy = daemon.submit(ENDLESS | {"settings": {"samples": 4000, "tile_size": 2000}})
-            daemon.wait_until(busy, lambda status: status["state"] == "rendering")
+            crowd(daemon)
             waiting = daemon.submit(ENDLESS)
             daemon.request("POST", f"/v1/jobs/{waiting}/cancel")
             done = self.tessera("plan", waiting, server=daemon.url)

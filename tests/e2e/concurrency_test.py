@@ -6,7 +6,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from documents import SMALL_JOB, SPHERE, endless_job, grid_of_spheres
+from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE, endless_job, grid_of_spheres
 
 
 def all_at_once(count, work):
@@ -75,26 +75,44 @@ class ConcurrencyTest(unittest.TestCase):
             self.assertTrue({reply.status for reply in replies} <= {200, 201})
             self.assertEqual(len(os.listdir(os.path.join(daemon.data_dir, "scenes"))), 1)
 
-    def test_cancel_frees_the_thread_within_a_tile(self):
-        """One thread and one tile as large as the image: only a cancel inside it lets the next job begin."""
-        with Daemon("--threads", "1") as daemon:
-            huge = daemon.submit(endless_job("whole"))
-            daemon.wait_until(huge, lambda status: status["state"] == "rendering")
-            next_job = daemon.submit(SMALL_JOB)
-            self.assertEqual(daemon.status(next_job)["state"], "queued")
-            self.assertEqual(daemon.request("POST", f"/v1/jobs/{huge}/cancel").status, 202)
-            self.assertEqual(daemon.status(huge)["state"], "canceled")
-            self.assertEqual(daemon.wait_ended(next_job)["state"], "completed")
+    def check_that_it_lets_others_have_their_turn(self, threads, endless):
+        """As many jobs as threads, each of one tile without an end; jobs of others, progress, and cancel."""
+        with Daemon("--threads", str(threads)) as daemon:
+            jobs = [daemon.submit(endless) for _ in range(threads)]
+            for job in jobs:
+                daemon.wait_until(job, lambda status: status["state"] == "rendering")
+            small = daemon.submit(SMALL_JOB)
+            self.assertEqual(daemon.wait_ended(small)["state"], "completed")
+            for job in jobs:
+                status = daemon.wait_until(job, lambda status: status["samples_done"] > 0)
+                self.assertEqual((status["state"], status["tiles_done"], status["tiles_total"]), ("rendering", 0, 1))
+                self.assertEqual(daemon.request("POST", f"/v1/jobs/{job}/cancel").json()["state"], "canceled")
+            self.assertEqual(daemon.wait_ended(daemon.submit(SMALL_JOB))["state"], "completed")
 
-    def test_a_canceled_job_that_waits_never_begins(self):
+    def test_pixels_of_billions_of_samples(self):
+        self.check_that_it_lets_others_have_their_turn(2, ENDLESS_PIXEL)
+
+    def test_a_tile_as_large_as_the_image(self):
+        self.check_that_it_lets_others_have_their_turn(1, endless_job("whole"))
+
+    def test_branches_between_panes_end(self):
+        """Two branches at each of 64 surfaces: more rays than any machine traces, if it wasn't for their cut-offs."""
+        pane = {"type": "whitted", "diffuse": [0, 0, 0], "reflect": [1, 1, 1], "transmit": [1, 1, 1], "ior": 1}
+        sides = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        quads = [[[x, y, 2 * z] for x, y in sides] for z in range(8)]
+        scene = {
+            "background": [1, 1, 1],
+            "materials": {"pane": pane},
+            "objects": [{"type": "quad", "corners": quad, "material": "pane"} for quad in quads],
+            "camera": {"type": "perspective", "from": [0, 0, 9], "at": [0, 0, 0], "up": [0, 1, 0], "fov": 2},
+        }
+        job = {"scene": scene, "image": {"width": 8, "height": 8}, "settings": {"max_depth": 64}}
         with Daemon("--threads", "1") as daemon:
-            huge = daemon.submit(endless_job("whole"))
-            daemon.wait_until(huge, lambda status: status["state"] == "rendering")
-            waiting = daemon.submit(SMALL_JOB)
-            self.assertEqual(daemon.request("POST", f"/v1/jobs/{waiting}/cancel").json()["state"], "canceled")
-            daemon.request("POST", f"/v1/jobs/{huge}/cancel")
-            stats = daemon.request("GET", f"/v1/jobs/{waiting}/stats").json()
-            self.assertIsNone(stats["timing"]["preparing"])
+            panes = daemon.submit(job)
+            self.assertEqual(daemon.wait_ended(panes)["state"], "completed")
+            rays = daemon.request("GET", f"/v1/jobs/{panes}/stats").json()["rays"]
+            self.assertGreater(rays["reflection"] + rays["refraction"], 64 * 1000)
+            self.assertLessEqual(rays["reflection"] + rays["refraction"], 64 * 4096)
 
     def test_renders_that_are_more_than_the_memory_for_images_holds(self):
         """Room for four images: every job is admitted and completes, and the youngest keep theirs."""

@@ -13,6 +13,18 @@ def endless_job(tile_size=4):
     return {"scene": SPHERE, "image": image, "settings": {"samples": 4000, "tile_size": tile_size}}
 
 
+# A unit of work without an end, unless it is done in steps.
+ENDLESS_PIXEL = {"scene": SPHERE, "image": {"width": 1, "height": 1}, "settings": {"samples": 2**32 - 1}}
+
+
+def crowd(daemon):
+    """200 jobs that all have a turn of 10 ms before any job that is submitted later: with one thread it waits 2 s."""
+    jobs = [daemon.submit(ENDLESS_PIXEL) for _ in range(200)]
+    for job in jobs:
+        daemon.wait_until(job, lambda status: status["state"] == "rendering")
+    return jobs
+
+
 def grid_of_spheres(side):
     """side³ spheres: a scene whose structure takes a while to build."""
     centers = ([x * 3, y * 3, z * 3] for x in range(side) for y in range(side) for z in range(side))

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 from daemon import SOURCE, Daemon, Reply
-from documents import SMALL_JOB, SPHERE, endless_job
+from documents import SMALL_JOB, SPHERE, crowd
 from schema import faults, resolve
 
 METHODS = ("get", "put", "post", "delete")
@@ -139,8 +139,8 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 503, "post", "/v1/jobs", SMALL_JOB)
 
     def exercise_jobs(self):
-        """One thread, which a job keeps to itself for as long as the test wants."""
-        with Daemon("--threads", "1", "--max-jobs", "2") as daemon:
+        """One thread, and in the end a job that waits for it."""
+        with Daemon("--threads", "1", "--max-jobs", "201") as daemon:
             done = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
             self.assertEqual(daemon.wait_ended(done)["state"], "completed")
             for path in ("", "/stats"):
@@ -162,19 +162,18 @@ class OpenApiTest(unittest.TestCase):
             etag = {"If-None-Match": reply.headers["ETag"], "Accept": media_type}
             self.ask(daemon, 304, "get", "/v1/jobs/{id}/image", headers=etag, id=done)
 
-            busy = self.ask(daemon, 201, "post", "/v1/jobs", endless_job("whole")).json()["id"]
-            daemon.wait_until(busy, lambda status: status["state"] == "rendering")
-            self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=busy)
-            self.ask(daemon, 200, "get", "/v1/jobs/{id}/image", query="?partial=1", id=busy)
+            busy = crowd(daemon)[-1]
             waiting = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
-            self.ask(daemon, 429, "post", "/v1/jobs", SMALL_JOB)
-            self.ask(daemon, 200, "get", "/v1/jobs", query="?limit=1")
-            self.ask(daemon, 200, "get", "/v1/jobs", query=f"?state=queued&after={busy}")
-            self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=waiting)
-            self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=waiting)
             plan = self.ask(daemon, 200, "get", "/v1/jobs/{id}/plan", id=waiting).json()
             self.assertEqual(plan, {"ready": False})
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=waiting)
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=waiting)
             self.ask(daemon, 409, "get", "/v1/jobs/{id}/image", id=waiting)
+            self.ask(daemon, 429, "post", "/v1/jobs", SMALL_JOB)
+            self.ask(daemon, 200, "get", "/v1/jobs", query=f"?state=queued&after={busy}")
+            self.ask(daemon, 200, "get", "/v1/jobs", query="?limit=1")
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}/stats", id=busy)
+            self.ask(daemon, 200, "get", "/v1/jobs/{id}/image", query="?partial=1", id=busy)
             self.ask(daemon, 409, "delete", "/v1/jobs/{id}", id=busy)
             self.ask(daemon, 202, "post", "/v1/jobs/{id}/cancel", id=busy)
             self.ask(daemon, 409, "post", "/v1/jobs/{id}/cancel", id=busy)

@@ -17,7 +17,9 @@ struct LitPoint {
   const Material* material;
   /// Beside the surface, on the viewer's side. This and what follows isn't read unless lights cast shadows.
   Vec3 origin;
-  Vec3 smooth_origin;  ///< The same of the smooth surface that a mesh's normals stand for; `origin` without any.
+  /// The same of the smooth surface that a mesh's normals stand for; `origin` without any. Where a light is beneath the
+  /// triangle and yet above that surface, the triangle mustn't hide it: its shadow rays start here.
+  Vec3 smooth_origin;
   PrimitiveId surface;
   Vec3 flat_normal;   ///< Unit, on the viewer's side.
   Vec3 normal;        ///< Unit, on the viewer's side.
@@ -39,9 +41,6 @@ class DirectLight {
   void add(std::span<const LitPoint> points, std::span<Rgb> sums);
 
  private:
-  /// Finds where the points' shadow rays start: on the smooth surface, so that a mesh's faces don't hide its lit side
-  /// from light that grazes it; but on the mesh where something stands in between, so that no light leaks through it.
-  void find_starts(std::span<const LitPoint> points);
   void add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums);
   template <typename Light>
   void add_from(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
@@ -52,7 +51,11 @@ class DirectLight {
   struct Lit {
     Rgb radiance;
     std::uint32_t sum;
+    const LitPoint* lifted;  ///< Set where its shadow ray starts on the smooth surface.
   };
+
+  /// No light may leak through what lies between a mesh and the smooth surface that it stands for.
+  void hide_what_leaks();
 
   const Scene& scene_;
   const Accel& accel_;
@@ -60,11 +63,11 @@ class DirectLight {
   TraceLog log_;
   std::stop_token stop_;
   bool casts_shadows_;
-  std::vector<Vec3> starts_;          ///< For each point.
-  std::vector<std::size_t> bridged_;  ///< The points whose two origins a ray was traced between.
   std::vector<Ray> rays_;
   std::vector<Lit> lit_;  ///< For each ray.
   std::vector<std::uint8_t> hidden_;
+  std::vector<std::size_t> bridged_;  ///< Of `lit_`: those with a ray between the two origins of their points.
+  std::vector<std::uint8_t> blocked_;
 };
 
 }  // namespace tessera

@@ -12,9 +12,6 @@ namespace {
 /// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
 constexpr float kJustBeyond = 1 + 0x1p-10F;
 
-/// Whether the material sends light of lights on.
-bool scatters(const Material& material) { return !material.diffuse.is_black() || !material.specular.is_black(); }
-
 }  // namespace
 
 DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log)
@@ -28,26 +25,6 @@ void DirectLight::add(const Light& light, std::span<const LitPoint> points, std:
   std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
 }
 
-void DirectLight::begin(std::span<const LitPoint> points) {
-  if (!casts_shadows_) return;
-  rays_.clear();
-  starts_.clear();
-  bridged_.clear();
-  for (const LitPoint& point : points) {
-    starts_.push_back(point.smooth_origin);
-    if (point.smooth_origin == point.origin || !scatters(*point.material)) continue;
-    const Vec3 way = to_float(to_double(point.smooth_origin) - to_double(point.origin));
-    rays_.push_back({point.origin, way, 0, kJustBeyond, left_by(way, point.flat_normal, point.surface)});
-    bridged_.push_back(starts_.size() - 1);
-  }
-  if (rays_.empty()) return;
-  counts_.shadow += rays_.size();
-  hidden_.resize(rays_.size());
-  accel_.occluded(rays_, hidden_, log_);
-  for (std::size_t i = 0; i < rays_.size(); ++i)
-    if (hidden_[i]) starts_[bridged_[i]] = points[bridged_[i]].origin;
-}
-
 void DirectLight::add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   for (const LitPoint& point : points) sums[point.sum] = sums[point.sum] + point.material->diffuse * light.radiance;
 }
@@ -56,21 +33,39 @@ template <typename Source>
 void DirectLight::add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   rays_.clear();
   lit_.clear();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const LitPoint& point = points[i];
+  for (const LitPoint& point : points) {
     const Illumination in = illuminate(light, point.origin);
     const Rgb lit = shade(*point.material, point.normal, point.to_viewer, in.to_light, in.irradiance);
     if (lit.is_black()) continue;
-    rays_.push_back(shadow_ray(light, starts_[i]));
+    const bool beneath = !(dot(in.to_light, point.flat_normal) > 0);
+    rays_.push_back(shadow_ray(light, beneath ? point.smooth_origin : point.origin));
     rays_.back().leaves = left_by(rays_.back().direction, point.flat_normal, point.surface);
-    lit_.push_back({lit, point.sum});
+    lit_.push_back({lit, point.sum, beneath && point.smooth_origin != point.origin ? &point : nullptr});
   }
   if (rays_.empty()) return;
   counts_.shadow += rays_.size();
   hidden_.resize(rays_.size());
   trace(light);
-  for (std::size_t i = 0; i < rays_.size(); ++i)
+  hide_what_leaks();
+  for (std::size_t i = 0; i < lit_.size(); ++i)
     if (!hidden_[i]) sums[lit_[i].sum] = sums[lit_[i].sum] + lit_[i].radiance;
+}
+
+void DirectLight::hide_what_leaks() {
+  rays_.clear();
+  bridged_.clear();
+  for (std::size_t i = 0; i < lit_.size(); ++i) {
+    const LitPoint* point = lit_[i].lifted;
+    if (!point || hidden_[i]) continue;
+    const Vec3 way = to_float(to_double(point->smooth_origin) - to_double(point->origin));
+    rays_.push_back({point->origin, way, 0, kJustBeyond, left_by(way, point->flat_normal, point->surface)});
+    bridged_.push_back(i);
+  }
+  if (rays_.empty()) return;
+  counts_.shadow += rays_.size();
+  blocked_.resize(rays_.size());
+  accel_.occluded(rays_, blocked_, log_);
+  for (std::size_t i = 0; i < rays_.size(); ++i) hidden_[bridged_[i]] = blocked_[i];
 }
 
 void DirectLight::trace(const PointLight& light) { accel_.occluded_fan(light.position, rays_, hidden_, log_); }

@@ -16,7 +16,9 @@ struct LitPoint {
   const Material* material;
   /// Beside the surface, on the viewer's side. This and what follows isn't read unless lights cast shadows.
   Vec3 origin;
-  Vec3 smooth_origin;  ///< The same of the smooth surface that a mesh's normals stand for; `origin` without any.
+  /// The same of the smooth surface that a mesh's normals stand for; `origin` without any. Where a light is beneath the
+  /// triangle and yet above that surface, the triangle mustn't hide it: its shadow rays start here.
+  Vec3 smooth_origin;
   PrimitiveId surface;
   Vec3 flat_normal;   ///< Unit, on the viewer's side.
   Vec3 normal;        ///< Unit, on the viewer's side.
@@ -33,11 +35,6 @@ class DirectLight {
   /// Whether any light can be hidden.
   bool casts_shadows() const { return casts_shadows_; }
 
-  /// To be called before `add` is for these points. Finds where their shadow rays start: on the smooth surface, so that
-  /// a mesh's faces don't hide its lit side from light that grazes it; but on the mesh where something stands in between,
-  /// so that no light leaks through it.
-  void begin(std::span<const LitPoint> points);
-
   /// Adds the radiance (W/(sr m²)) that comes from one light of the scene to the points' sums.
   void add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
 
@@ -52,17 +49,21 @@ class DirectLight {
   struct Lit {
     Rgb radiance;
     std::uint32_t sum;
+    const LitPoint* lifted;  ///< Set where its shadow ray starts on the smooth surface.
   };
+
+  /// No light may leak through what lies between a mesh and the smooth surface that it stands for.
+  void hide_what_leaks();
 
   const Accel& accel_;
   RayCounts& counts_;
   TraceLog log_;
   bool casts_shadows_;
-  std::vector<Vec3> starts_;          ///< For each point.
-  std::vector<std::size_t> bridged_;  ///< The points whose two origins a ray was traced between.
   std::vector<Ray> rays_;
   std::vector<Lit> lit_;  ///< For each ray.
   std::vector<std::uint8_t> hidden_;
+  std::vector<std::size_t> bridged_;  ///< Of `lit_`: those with a ray between the two origins of their points.
+  std::vector<std::uint8_t> blocked_;
 };
 
 }  // namespace tessera

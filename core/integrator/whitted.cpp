@@ -47,7 +47,6 @@ bool Whitted::go_on() {
   while (depth_ > 0) {
     Level& level = levels_[depth_ - 1];
     if (level.next_light < scene_.lights.size()) {
-      if (level.next_light == 0) direct_light_.begin(level.points);
       direct_light_.add(scene_.lights[level.next_light++], level.points, level.sums);
       return true;
     }

@@ -156,6 +156,7 @@ Response run_handler(const Route& route, Services& services, Request& request) {
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
+    if (request.abandoned.stop_requested()) return {};  // The reason, and nobody waits to hear it.
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
     return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});
   }

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <cstdlib>
 #include <new>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "proto/import/broken_file.h"
@@ -12,6 +14,7 @@
 #include "proto/import/ply.h"
 #include "proto/import/read_file.h"
 #include "proto/names.h"
+#include "proto/wire/file_kind.h"
 #include "proto/wire/printable.h"
 
 namespace tessera::proto {
@@ -32,6 +35,25 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
       return import_obj(std::move(bytes), name, companions, stop);
   }
   std::abort();
+}
+
+/// Why a file of which nothing came is none of `format`; nothing where its content doesn't say.
+std::optional<std::string> mistaken(const std::filesystem::path& path, FileFormat format) {
+  const FileKind kind = file_kind(path);
+  FileKind expected = FileKind::unknown;
+  switch (format) {
+    case FileFormat::nff:
+      expected = FileKind::nff;
+      break;
+    case FileFormat::ply:
+      expected = FileKind::ply;
+      break;
+    case FileFormat::obj:
+      expected = FileKind::obj;
+      break;
+  }
+  if (kind == FileKind::unknown || kind == expected) return std::nullopt;
+  return "This is " + std::string(description(kind)) + ", not " + std::string(description(expected));
 }
 
 /// Pointers and details quote what the files hold.
@@ -57,8 +79,11 @@ Result<Imported> import_file(const std::filesystem::path& path, FileFormat forma
   try {
     Imported imported = read(path, format, display_name, companions, stop);
     make_sayable(imported.warnings);
+    if (!imported.parts.empty()) return imported;
+    if (auto why = mistaken(path, format)) return cannot_import(display_name, {{file_place(display_name, 0), *why}});
     return imported;
   } catch (BrokenFile& broken) {
+    if (auto why = mistaken(path, format)) broken.errors = {{file_place(display_name, 0), *std::move(why)}};
     return cannot_import(display_name, std::move(broken.errors));
   } catch (const Abandoned&) {
     throw;

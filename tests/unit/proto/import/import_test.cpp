@@ -50,12 +50,26 @@ TEST_F(ImportFile, ReadsEachFormat) {
 
 TEST_F(ImportFile, GivesABrokenFileAsAProblemWithItsPlace) {
   for (const FileFormat format : {FileFormat::nff, FileFormat::obj, FileFormat::ply}) {
-    const Result<Imported> result = import("ply\nf what\n", format);
+    const Result<Imported> result = import(format == FileFormat::ply ? "ply\nf what\n" : "f what\n", format);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.problem().code, ProblemCode::invalid_document);
     ASSERT_EQ(result.problem().errors.size(), 1U);
     EXPECT_TRUE(result.problem().errors[0].pointer.starts_with("shown:"));
   }
+}
+
+TEST_F(ImportFile, SaysWhatAFileIsThatIsNoneOfItsFormat) {
+  const std::pair<std::string, std::string> cases[] = {
+      {R"({"asset": {"version": "2.0"}, "meshes": []})", "This is a glTF file, not "},
+      {"\x89PNG\r\n\x1A\n" + std::string(16, '\0'), "This is a PNG image, not "},
+      {"solid cube\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "This is an STL file, not "}};
+  for (const auto& [content, words] : cases)
+    for (const FileFormat format : {FileFormat::nff, FileFormat::obj, FileFormat::ply}) {
+      const Result<Imported> result = import(content, format);
+      ASSERT_FALSE(result) << content;
+      ASSERT_EQ(result.problem().errors.size(), 1U) << content;
+      EXPECT_TRUE(result.problem().errors[0].detail.starts_with(words)) << result.problem().errors[0].detail;
+    }
 }
 
 TEST_F(ImportFile, SaysNothingThatJsonCannotHold) {

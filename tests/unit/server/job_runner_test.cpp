@@ -122,15 +122,15 @@ TEST_F(JobRunnerTest, MemoryThatRunsOutFailsTheJobAlone) {
   make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) -> std::unique_ptr<const Accel> {
     throw std::bad_alloc();
   };
-  const JobView failed = ended(start(frame_scene(*scene_)));
+  const JobView failed = ended(start(frame_scene(*scene_, 32, 32)));
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.error, "out of memory");
   make_ = make_accel;
-  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+  EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32))).state, JobState::completed);
 }
 
 TEST_F(JobRunnerTest, TilesWithoutAnEndLeaveTurnsToOthers) {
-  const Camera camera = frame_scene(*scene_);
+  const Camera camera = frame_scene(*scene_, 32, 32);
   std::vector<std::string> endless;
   for (int i = 0; i < 2; ++i) {
     JobOrder order{"", "sha256:0", 0, {}};
@@ -157,8 +157,8 @@ TEST_F(JobRunnerTest, AJobThatIsCanceledWhileItWaitsNeverBegins) {
   order.settings.width = order.settings.height = 32;
   const auto admitted = jobs_.add(order);
   ASSERT_TRUE(jobs_.cancel(admitted->id));
-  runner_.start(*admitted, order, scene_, frame_scene(*scene_));
-  EXPECT_EQ(ended(start(frame_scene(*scene_))).state, JobState::completed);
+  runner_.start(*admitted, order, scene_, frame_scene(*scene_, 32, 32));
+  EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32))).state, JobState::completed);
   EXPECT_EQ((*jobs_.find(admitted->id)).state, JobState::canceled);
   EXPECT_FALSE((*jobs_.find(admitted->id)).times.preparing);
 }

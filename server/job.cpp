@@ -1,6 +1,7 @@
 #include "server/job.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <ctime>
 
 namespace tessera::server {

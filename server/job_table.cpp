@@ -1,6 +1,7 @@
 #include "server/job_table.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <new>
 #include <random>
 #include <stdexcept>

@@ -1,6 +1,7 @@
 #include "core/bounds/hull_bound.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/bounds/box_bound.h"
 #include "core/bounds/facets.h"

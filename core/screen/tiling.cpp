@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <utility>
 
 #include "core/screen/screen_parts.h"
 #include "core/screen/screen_rect.h"

@@ -1,5 +1,6 @@
 #include "proto/import/numbers.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <utility>
 
 #include "tests/benchmarks/support/daemon_process.h"
 #include "tests/benchmarks/support/job_costs.h"

@@ -2,7 +2,8 @@
 
 A header that its own .cpp includes first is shown to by the build itself, as far as the precompiled headers of libraries
 let it. Compiling each of the others alone would take a minute, so they are compiled in one go, forwards and backwards,
-and in all of them what they name is looked for in the text: names of the standard library, and types of the project.
+and in all of them what they name is looked for in the text: names of the standard library (in sources, too, for there
+as well precompiled headers hide what is missing), and types of the project.
 Usage: headers.py compile_commands.json
 """
 
@@ -107,8 +108,10 @@ def main():
     headers = [header.as_posix() for header in files([".h"])]
     homes = homes_of_types(headers)
     findings = []
+    for path in [path.as_posix() for path in files([".h", ".cpp"])]:
+        findings += missing_standard_headers(path)
     for header in headers:
-        findings += [*missing_standard_headers(header), *missing_own_headers(header, homes)]
+        findings += missing_own_headers(header, homes)
     alone = [header for header in headers if not is_shown_by_its_source(header)]
     command = [compiler, *flags, "-fsyntax-only", "-x", "c++", "-"]
     findings += fault(alone, command) + fault(alone[::-1], command)

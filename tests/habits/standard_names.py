@@ -65,6 +65,7 @@ _ALSO = {
     "stop_token": "thread condition_variable",
     "stop_source": "thread condition_variable",
     "errc": "charconv",
+    "error_code": "filesystem",
     "as_bytes": "span",
     "initializer_list": "initializer_list vector string map set utility span",
     "size_t": "cstddef cstdio cstdlib cstring vector string array span memory",

@@ -1,4 +1,6 @@
 // STRESS 23–26: surfaces on top of each other, and rays that start on them, in every structure × bound × space.
+#include <cstdio>
+
 #include <gtest/gtest.h>
 
 #include "core/integrator/spawn.h"

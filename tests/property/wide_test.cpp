@@ -1,6 +1,7 @@
 // Law L1 for the wide kernels: every instruction set, alone or with others, gives a ray the hit of brute force.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // The JSON Schema of jobs lists what the tables list: it is a document for others, so it can't be made from them.
 
 #include <fstream>
+#include <map>
 #include <set>
 
 #include <gtest/gtest.h>

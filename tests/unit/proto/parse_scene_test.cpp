@@ -1,4 +1,6 @@
+#include <new>
 #include <numbers>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,7 @@
 #include "server/blob_store.h"
 
 #include <span>
+#include <system_error>
 
 #include <gtest/gtest.h>
 

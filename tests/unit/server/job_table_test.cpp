@@ -1,5 +1,7 @@
 #include "server/job_table.h"
 
+#include <stdexcept>
+
 #include <gtest/gtest.h>
 
 namespace tessera::server {

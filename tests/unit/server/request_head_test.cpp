@@ -1,5 +1,7 @@
 #include "server/request_head.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 namespace tessera::server {

@@ -1,6 +1,7 @@
 #include "server/wide_store.h"
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <span>

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 #include <stop_token>
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>

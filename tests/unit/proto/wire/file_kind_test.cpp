@@ -1,6 +1,7 @@
 #include "proto/wire/file_kind.h"
 
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 

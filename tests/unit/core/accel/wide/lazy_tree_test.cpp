@@ -1,6 +1,7 @@
 #include "core/accel/wide/lazy_tree.h"
 
 #include <latch>
+#include <new>
 #include <stdexcept>
 #include <thread>
 

@@ -21,6 +21,8 @@ constexpr Title kTitles[] = {
     {"not_found", "", true},
     {"method_not_allowed", "The server doesn't know this command; it may be of another version", false},
     {"not_acceptable", "The image doesn't come so", true},
+    {"request_timeout", "Sending it took too long", false},
+    {"target_too_long", "A name is too long for the server", false},
     {"payload_too_large", "Too large for this server", true},
     {"unsupported_media_type", "The server can't read what was sent; it may be of another version", false},
     {"hash_mismatch", "The file changed while it was sent; try again", false},
@@ -99,9 +101,13 @@ std::vector<proto::FieldError> field_errors(const json& document, const char* ke
   std::vector<proto::FieldError> errors;
   const json list = document.is_object() ? document.value(key, json()) : json();
   if (!list.is_array()) return errors;
-  for (const json& error : list)
-    if (error.is_object())
-      errors.push_back({place_of(text_of(error, "pointer")), in_our_words(text_of(error, "detail"))});
+  for (const json& error : list) {
+    if (!error.is_object()) continue;
+    const std::string pointer = text_of(error, "pointer"), detail = text_of(error, "detail");
+    // What stands at a place of a document or a file may quote it.
+    std::string ours = pointer.starts_with('/') || pointer.starts_with('?') ? in_our_words(detail) : detail;
+    errors.push_back({place_of(pointer), ours.empty() ? detail : std::move(ours)});
+  }
   return errors;
 }
 

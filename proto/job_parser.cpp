@@ -119,7 +119,8 @@ std::optional<JobRequest> read_job(const JsonCursor& document, const FileSource&
   fields.refuse_unknown();
   if (const auto* inline_scene = std::get_if<ParsedScene>(&job.scene); inline_scene && inline_scene->scene)
     take_size(*inline_scene->scene, job);
-  fit_to_image(job, limits, document.errors());
+  // The size that a scene has of its own isn't known yet where it is named by its hash: `take_image` looks then.
+  if (job.has_image || std::holds_alternative<ParsedScene>(job.scene)) fit_to_image(job, limits, document.errors());
   if (!document.errors().empty()) return std::nullopt;
   return job;
 }

@@ -19,8 +19,10 @@ constexpr double kSmallestSine = 1e-6;
 /// The view of a camera that leaves out where it stands.
 bool read_unplaced(JsonFields& fields, View& view) {
   view = kUnplacedView;
-  auto direction = *UnitVec3::normalize(view.at - view.from);
-  if (!read_direction(fields.optional("direction"), direction)) return false;
+  const auto given = fields.optional("direction");
+  UnitVec3 direction = UnitVec3::z();
+  if (!given) return true;
+  if (!read_direction(given, direction)) return false;
   view.from = {};
   view.at = direction;
   return true;

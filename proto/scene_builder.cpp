@@ -76,7 +76,12 @@ bool SceneBuilder::is_dark() const {
   const auto is_black = [](const Light& light) {
     return std::visit([](const auto& l) { return brightness(l).is_black(); }, light);
   };
-  return !scene_.objects.empty() && scene_.background.is_black() && std::ranges::all_of(scene_.lights, is_black);
+  const auto shows_more = [&](const Object& object) {
+    const Material& material = scene_.materials[object.material];
+    return !material.reflect.is_black() || !material.transmit.is_black();
+  };
+  return !scene_.objects.empty() && std::ranges::all_of(scene_.lights, is_black) &&
+         (scene_.background.is_black() || std::ranges::none_of(scene_.objects, shows_more));
 }
 
 void SceneBuilder::warn(const JsonCursor& where, std::string detail) {

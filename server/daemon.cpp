@@ -39,7 +39,7 @@ namespace tessera::server {
 namespace {
 
 constexpr unsigned kIoThreads = 2;
-constexpr unsigned kQuickThreads = 2;
+constexpr unsigned kQuickThreads = 4;  // More than cores: some wait for the disk.
 constexpr unsigned kSlowThreads = 2;
 /// How long requests, and units of work, that are in progress may go on when the daemon stops.
 constexpr std::chrono::milliseconds kPatience{2000};
@@ -179,6 +179,8 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
     log.close();
     std::_Exit(0);
   }
+  quick.close();  // While the loops are there that they post to.
+  slow.close();
 }
 
 }  // namespace

@@ -84,6 +84,8 @@ class Channel {
   bool peer_has_finished() const { return peer_has_finished_; }
   /// Requested once the peer is known to read no more.
   std::stop_token broken() const { return broken_.get_token(); }
+  /// What the peer has been sent can't be gone on with.
+  void give_up() { broken_.request_stop(); }
 
  private:
   friend class EventLoop;

@@ -24,9 +24,8 @@ namespace tessera::server {
 /// deleted, or more jobs have ended since than are kept; their images also give way to those of new jobs, the one that
 /// ended first before the others. Safe to call from any number of threads.
 ///
-/// Lock order of the server: JobTable, StructureCache, SceneStore and Scheduler have one mutex each; none is held
-/// while another part is called, so no two are ever held at once. The log has one, too, which is held for a moment and
-/// never while anything is waited for: so a line may be logged under any other.
+/// Its mutex is held while no other part is called, but for the log, whose own is held for a moment and never while
+/// anything is waited for (server/README.md, "Threads").
 class JobTable {
  public:
   struct Limits {

@@ -25,12 +25,15 @@ Lane::Lane(unsigned threads) {
   }
 }
 
-Lane::~Lane() {
+Lane::~Lane() { close(); }
+
+void Lane::close() {
   {
     const std::lock_guard lock(mutex_);
     closed_ = true;
   }
   changed_.notify_all();
+  threads_.clear();
 }
 
 void Lane::push(Work& work) noexcept {

@@ -24,6 +24,9 @@ class Lane {
   /// Waits for the work at hand; what hasn't begun never does.
   ~Lane();
 
+  /// Waits as the destructor does. Once.
+  void close();
+
   /// `work` lives until it has run. For any thread.
   void push(Work& work) noexcept;
 

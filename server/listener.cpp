@@ -70,7 +70,7 @@ Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connection
     } else if (error == EAGAIN) {
       co_await channel.change();
     } else if (error != EINTR && error != ECONNABORTED) {
-      if (!std::exchange(has_complained, true)) spdlog::warn("cannot accept connections: {}", why(error));
+      if (!std::exchange(has_complained, true)) spdlog::warn("cannot accept connections: error {}", error);
       channel.expires_after(kPause);
       co_await channel.change();
     }

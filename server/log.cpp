@@ -94,6 +94,9 @@ class LogSink : public spdlog::sinks::base_sink<std::mutex> {
       const bool written = write_out({piece.data(), size});
       lock.lock();
       if (written) continue;
+      if (closing_) {  // Nor will anybody read the rest.
+        for (; used_ > 0; --used_, begin_ = (begin_ + 1) % buffer_.size()) dropped += buffer_[begin_] == '\n' ? 1 : 0;
+      }
       dropped += static_cast<std::uint64_t>(std::count(piece.begin(), piece.begin() + size, '\n'));
       told_ = dropped;  // There is nobody to tell it to.
     }

@@ -26,7 +26,7 @@ std::span<const Route> route_table() {
       {"POST", "/v1/jobs", {}, Body::json, Place::quick, post_job},
       {"GET", "/v1/jobs", {"after", "limit", "state"}, Body::none, Place::io, list_jobs},
       {"GET", "/v1/jobs/{id}", {}, Body::none, Place::io, show_job},
-      {"DELETE", "/v1/jobs/{id}", {}, Body::none, Place::io, delete_job},
+      {"DELETE", "/v1/jobs/{id}", {}, Body::none, Place::quick, delete_job},
       {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::io, cancel_job},
       {"GET",
        "/v1/jobs/{id}/image",

@@ -20,6 +20,7 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
+#include "proto/wire/printable.h"
 #include "server/blob_store.h"
 #include "server/chunked_body.h"
 #include "server/config.h"
@@ -37,6 +38,8 @@ constexpr std::size_t kFirstRead = 4 << 10;
 constexpr std::size_t kPieceBytes = 64 << 10;
 constexpr std::chrono::seconds kLinger{2};
 constexpr unsigned kMostSteps = 16;
+/// Of encoded images that slow readers hold together.
+constexpr std::uint64_t kMostAnswers = 4ULL << 30;
 /// What the quick lane takes: documents of so many bytes, that name files of so many.
 constexpr std::size_t kQuickDocument = 64 << 10;
 constexpr std::uint64_t kQuickFiles = 256 << 10;
@@ -220,10 +223,10 @@ class Session {
     else
       response = co_await respond(head);
     if (channel_.broken().stop_requested()) {
-      spdlog::debug("{} {} abandoned", head.method, head.target);
+      spdlog::debug("{} {} abandoned", head.method, proto::printable(head.target));
       co_return false;
     }
-    spdlog::debug("{} {} {}", head.method, head.target, response.status);
+    spdlog::debug("{} {} {}", head.method, proto::printable(head.target), response.status);
     // A body that wasn't read to its end stands where the next request should begin.
     const bool keep = head.keep_alive && body_is_read_ && !stopping;
     const bool sent = co_await send(head, response, keep);
@@ -357,7 +360,10 @@ class Session {
       const bool in_time = co_await channel_.change();
       if (in_time || in_lane.message.is_done) continue;
       channel_.never_expires();
-      ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      const ssize_t sent =
+          ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      // A part of it would stand in the middle of what follows.
+      if (sent > 0 && static_cast<std::size_t>(sent) < kProcessing.size()) channel_.give_up();
     }
     co_return true;
   }
@@ -385,6 +391,7 @@ class Session {
 
     ChunkedBody chunked;
     std::uint64_t left = head.content_length, total = 0;
+    std::string piece;  // Of a file: chunks may be small.
     const auto is_complete = [&] { return head.is_chunked ? chunked.is_complete() : left == 0; };
     while (!is_complete()) {
       std::string_view bytes = input_.bytes();
@@ -397,24 +404,29 @@ class Session {
         wrong = problem(ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.");
       } else if (route.body == Body::json) {
         request.body.append(data);
-      } else if (!data.empty()) {
+      } else {
+        piece.append(data);
+      }
+      if (wrong) co_return wrong;
+      const bool is_taken = !head.is_chunked || data.empty();  // All that has come in.
+      if (head.is_chunked) {
+        input_.take(input_.bytes().size() - bytes.size());
+      } else {
+        input_.take(data.size());
+        left -= data.size();
+      }
+      if (!piece.empty() && (is_taken || piece.size() >= kPieceBytes || is_complete())) {
         std::exception_ptr failure;
         const auto write_to_file = [&] {
           try {
-            request.file->write(std::as_bytes(std::span(data)));
+            request.file->write(std::as_bytes(std::span(piece)));
           } catch (...) {
             failure = std::current_exception();
           }
         };
         co_await run_on(connections_.quick, write_to_file, head.minor_version > 0);
         if (failure) std::rethrow_exception(failure);
-      }
-      if (wrong) co_return wrong;
-      if (head.is_chunked) {
-        input_.take(input_.bytes().size() - bytes.size());
-      } else {
-        input_.take(data.size());
-        left -= data.size();
+        piece.clear();
       }
       if (!data.empty() || is_complete()) continue;
       channel_.expires_after(timeout_);
@@ -460,6 +472,8 @@ class Session {
     if (keep && head.minor_version == 0) text += "Connection: keep-alive\r\n";
     text += "\r\n";
     const std::string_view body = is_bare || head.method == "HEAD" ? std::string_view{} : response.content();
+    Share share(connections_.answer_bytes);
+    if (response.shared_body && !share.grow(body.size(), kMostAnswers)) throw std::bad_alloc();
     const bool sent = co_await write(text, body);
     co_return sent;
   }

@@ -14,12 +14,13 @@ namespace tessera::server {
 /// What all connections share.
 struct Connections {
   Services& services;
-  Lane& quick;                               ///< For work that is bounded, so that it never waits long.
-  Lane& slow;                                ///< For all other work that isn't for I/O threads.
-  std::uint32_t most_open;                   ///< Connections at once;
-  std::atomic<std::uint32_t> open{0};        ///< and how many there are.
-  std::atomic<int> requests_active{0};       ///< Header read, response not written yet.
-  std::atomic<std::uint64_t> body_bytes{0};  ///< Of JSON documents held by connections.
+  Lane& quick;                                 ///< For work that is bounded, so that it never waits long.
+  Lane& slow;                                  ///< For all other work that isn't for I/O threads.
+  std::uint32_t most_open;                     ///< Connections at once;
+  std::atomic<std::uint32_t> open{0};          ///< and how many there are.
+  std::atomic<int> requests_active{0};         ///< Header read, response not written yet.
+  std::atomic<std::uint64_t> body_bytes{0};    ///< Of JSON documents held by connections.
+  std::atomic<std::uint64_t> answer_bytes{0};  ///< Of encoded images that are being sent.
 };
 
 /// Serves HTTP/1.1 (RFC 9110, 9112) on one connection, request after request, until either side closes it. No exception

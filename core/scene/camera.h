@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <variant>
 
 #include "core/math/unit_vec3.h"
@@ -17,7 +18,8 @@ struct View {
 /// A pinhole. Pixels are square.
 struct PerspectiveCamera {
   View view;
-  float vertical_fov = 0.7854F;  ///< Radians from the image's top edge to its bottom edge; in (0, π).
+  float vertical_fov =
+      std::numbers::pi_v<float> / 4;  ///< Radians from the image's top edge to its bottom edge; in (0, π).
 };
 
 /// Parallel rays from the plane through `from` that faces `at`. Pixels are square.

@@ -16,6 +16,9 @@
 namespace tessera::proto {
 namespace {
 
+/// Far beyond any use; the products of what is smaller stay finite.
+constexpr float kLargestShare = 1000;
+
 /// A material takes some 200 bytes with its name, and as little as 9 in the file.
 constexpr std::size_t kMostMaterials = 1 << 16;
 
@@ -209,8 +212,13 @@ class MtlReader {
       const auto [r, g, b] = components(words);
       value = {r, g, b};
     }
-    if (std::max({value.r, value.g, value.b}) > 1) note("A colour has a component above 1, which is used as it is");
-    return {not_negative(value.r), not_negative(value.g), not_negative(value.b)};
+    const float most = std::max({value.r, value.g, value.b});
+    if (most > kLargestShare)
+      note("A colour has a component above 1000, which counts as 1000");
+    else if (most > 1)
+      note("A colour has a component above 1, which is used as it is");
+    const auto share = [](float v) { return std::min(not_negative(v), kLargestShare); };
+    return {share(value.r), share(value.g), share(value.b)};
   }
 
   /// One number stands for all three.

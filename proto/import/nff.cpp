@@ -137,6 +137,7 @@ class NffReader {
     }
     if (!(*angle > 0 && *angle < 180)) fail_view("A view's angle must lie between 0 and 180 degrees");
     if (!(rows >= 2 && std::isfinite(rows))) fail_view("A view's resolution must be at least 2 in y");
+    result_.image.reset();
     if (has_resolution) take_resolution(columns, rows, line);
     if (result_.camera) notes_.add("A further view takes the place of the one before", line);
 

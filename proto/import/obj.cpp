@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -81,12 +83,13 @@ class ObjReader {
   }
 
  private:
+  /// Names, by their numbers: a file may repeat a long one for every part.
   struct Key {
-    std::string object, group, material;
+    std::uint32_t object = 0, group = 0, material = 0;
     auto operator<=>(const Key&) const = default;
   };
   struct Part {
-    std::string material;
+    std::uint32_t material;
     ObjFaces faces;
   };
   struct ForwardReference {
@@ -114,7 +117,7 @@ class ObjReader {
       start_part(key_.group, arguments);
     } else if (keyword == "usemtl") {
       start_part(key_.material, arguments);
-      if (!arguments.empty()) used_.try_emplace(key_.material, text_.line());
+      if (!arguments.empty()) used_.try_emplace(std::string(arguments), text_.line());
     } else if (is_mtllib(keyword)) {
       if (!arguments.empty() && !libraries_.load(arguments))
         notes_.add("A material library that is named here isn't there or can't be read", text_.line());
@@ -164,8 +167,10 @@ class ObjReader {
       notes_.add("A smoothing group that is neither a number nor off counts as off", text_.line());
   }
 
-  void start_part(std::string& part_of_key, std::string_view value) {
-    part_of_key = value;
+  void start_part(std::uint32_t& part_of_key, std::string_view name) {
+    auto found = names_.find(name);
+    if (found == names_.end()) found = names_.emplace(name, static_cast<std::uint32_t>(names_.size())).first;
+    part_of_key = found->second;
     part_ = nullptr;
   }
 
@@ -296,13 +301,15 @@ class ObjReader {
   Imported finish() {
     std::vector<ObjFaces*> meshes;
     for (Part& part : parts_) meshes.push_back(&part.faces);
+    std::vector<std::optional<std::uint32_t>> materials(names_.size());
+    for (const auto& [name, number] : names_) materials[number] = libraries_.find(name);
     complete_normals(meshes, positions_, normals_, steps_);
     Imported result;
     ObjMeshMaker maker(positions_, normals_, notes_, steps_);
     for (Part& part : parts_) {
       const ObjFaces faces = std::exchange(part.faces, {});
       TriangleMesh mesh = maker.make(faces);
-      if (!mesh.triangles.empty()) result.parts.push_back({std::move(mesh), libraries_.find(part.material)});
+      if (!mesh.triangles.empty()) result.parts.push_back({std::move(mesh), materials.at(part.material)});
     }
     if (result.parts.empty()) {
       notes_.add("The file has no triangles");
@@ -336,6 +343,7 @@ class ObjReader {
   } last_texcoord_{0, 0};  ///< The largest index from 1 that a corner names.
   std::uint32_t smoothing_group_ = 0;
   bool has_faces_ = false;  ///< Whether there is a face, usable or not.
+  std::map<std::string, std::uint32_t, std::less<>> names_{{"", 0}};
   Key key_;
   std::map<Key, std::size_t> part_indices_;
   std::vector<Part> parts_;

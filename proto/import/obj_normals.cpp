@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numbers>
 #include <optional>
+#include <unordered_set>
 
 #include "core/math/portable.h"
 #include "core/math/unit_vec3.h"
@@ -39,7 +40,12 @@ class Smoothing {
     find_keys();
     add_faces();
     first_smooth_ = static_cast<std::uint32_t>(normals_.size());
-    for (const Vec3d& sum : sums_) normals_.push_back(UnitVec3::normalize(sum).value_or(UnitVec3::z()));
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      // Where faces on both sides of a card meet, what is left of their sum is rounding.
+      const bool has_direction = length(sums_[i]) > 1e-6 * angles_[i];
+      if (!has_direction) keys_without_normal_.insert(keys_[i]);
+      normals_.push_back(has_direction ? UnitVec3::normalize(sums_[i]).value_or(UnitVec3::z()) : UnitVec3::z());
+    }
     for (ObjFaces* mesh : meshes_) assign(*mesh);
   }
 
@@ -59,6 +65,7 @@ class Smoothing {
     });
     keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
     sums_.resize(keys_.size());
+    angles_.resize(keys_.size());
   }
 
   /// The key's place in `keys_`; their number when it isn't there.
@@ -77,7 +84,10 @@ class Smoothing {
         if (!normal) return;
         for (std::size_t i = 0; i < corners.size(); ++i) {
           const std::size_t place = place_of(key(group, corners[i].position));
-          if (place != keys_.size()) sums_[place] = sums_[place] + to_double(*normal) * angle_at(corners, i);
+          if (place == keys_.size()) continue;
+          const double angle = angle_at(corners, i);
+          sums_[place] = sums_[place] + to_double(*normal) * angle;
+          angles_[place] += angle;
         }
       });
     }
@@ -105,8 +115,9 @@ class Smoothing {
     bool has_normals = false;
     for_each_face(mesh, steps_, [&](std::span<ObjCorner> corners, std::uint32_t group) {
       for (ObjCorner& corner : corners) {
-        if (!has_normal(corner) && group != 0)
-          corner.normal = first_smooth_ + static_cast<std::uint32_t>(place_of(key(group, corner.position)));
+        const Key place = key(group, corner.position);
+        if (!has_normal(corner) && group != 0 && !keys_without_normal_.contains(place))
+          corner.normal = first_smooth_ + static_cast<std::uint32_t>(place_of(place));
         has_normals |= has_normal(corner);
       }
     });
@@ -125,8 +136,10 @@ class Smoothing {
   const std::vector<Vec3>& positions_;
   std::vector<Vec3>& normals_;
   Steps& steps_;
-  std::vector<Key> keys_;            ///< Of corners that need a smooth normal, ascending.
-  std::vector<Vec3d> sums_;          ///< Of the faces' normals that meet there.
+  std::vector<Key> keys_;       ///< Of corners that need a smooth normal, ascending.
+  std::vector<Vec3d> sums_;     ///< Of the faces' normals that meet there, by their angles,
+  std::vector<double> angles_;  ///< and of these.
+  std::unordered_set<Key> keys_without_normal_;
   std::uint32_t first_smooth_ = 0;   ///< Of the normals made of `sums_`, in `normals_`.
   std::vector<std::uint32_t> face_;  ///< Scratch.
 };

@@ -75,6 +75,8 @@ class PointTree {
     const auto& [a, b, c] = triangle;
     const Box& box = boxes_[node];
     if (!box.meets(around) || is_beyond(box, a, b) || is_beyond(box, b, c) || is_beyond(box, c, a)) return false;
+    // Where very many points are at one corner of the triangle: there they aren't in its way.
+    if (box.lo == box.hi && (box.lo == a || box.lo == c)) return false;
     if (!is_leaf(node))
       return any_in(2 * node + 1, triangle, around, matches) || any_in(2 * node + 2, triangle, around, matches);
     for (const std::uint32_t point : points_in(node)) {

@@ -52,7 +52,10 @@ std::string key_of(const std::string& id, const Picture& picture) {
       id + " plane " + std::to_string(static_cast<int>(choice.plane)) + ' ' + std::string(choice.format.name);
   if (choice.format.format == ImageFormat::jpeg)
     key += ' ' + std::to_string(choice.jpeg.quality) + '/' + std::to_string(static_cast<int>(choice.jpeg.subsampling));
-  if (picture.stored) key += " tiles " + std::to_string(std::ranges::count(*picture.stored, true));  // They only grow.
+  if (picture.stored) {
+    key += " tiles ";
+    for (const bool is_stored : *picture.stored) key += is_stored ? '1' : '0';
+  }
   return key;
 }
 

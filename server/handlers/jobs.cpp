@@ -14,6 +14,7 @@
 #include "server/image_choice.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
+#include "server/lane.h"
 #include "server/query_errors.h"
 #include "server/scene_store.h"
 
@@ -25,6 +26,8 @@ namespace {
 
 constexpr std::size_t kDefaultListed = 100;
 constexpr std::size_t kMostListed = 1000;
+/// Of a scene that is looked through for a camera in the quick lane.
+constexpr std::size_t kQuickObjects = 10'000;
 
 nlohmann::json status_json(const JobView& job) { return to_json(status_of(job, JobTimes::Clock::now())); }
 
@@ -91,13 +94,16 @@ Response post_job(Services& services, Request& request) {
   if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
   if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
 
+  if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
+  const std::optional<Camera>& wanted = job->camera ? job->camera : scene->scene->camera;
+  const Camera camera =
+      frame_scene(*scene->scene, job->settings.width, job->settings.height, wanted.value_or(kUnplacedCamera));
+
+  // From here on whatever fails, fails the job.
   const JobOrder order{job->name, scene->hash, scene->scene->warnings.size(), job->settings};
   const auto admitted = services.jobs.add(order);
   if (!admitted) return problem_response(admitted.problem());
-  const std::optional<Camera>& camera = job->camera ? job->camera : scene->scene->camera;
-  services.runner.start(
-      *admitted, order, scene->scene,
-      frame_scene(*scene->scene, job->settings.width, job->settings.height, camera.value_or(kUnplacedCamera)));
+  services.runner.start(*admitted, order, scene->scene, camera);
 
   const auto view = services.jobs.find(admitted->id);
   Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());

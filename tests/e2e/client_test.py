@@ -407,7 +407,7 @@ class Scenes(ClientTest):
         self.assertRegex(done.stderr, r"(?m)^note: the material library .*secret\.mtl lies outside.*--allow-outside")
         self.assertEqual(len(set(self.blobs()) - before), 1, "more than the OBJ was sent")
         done = self.tessera("submit", "in/a.obj", "--size", "8x8", "--allow-outside")
-        self.assertEqual(done.stderr, "")
+        self.assertNotIn("outside", done.stderr)
 
         os.symlink(outside, os.path.join(self.folder, "in/link.ply"))
         for path in (outside, "../outside.ply", "link.ply"):

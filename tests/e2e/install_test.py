@@ -38,7 +38,7 @@ class InstallTest(unittest.TestCase):
             self.assertEqual(reply.status, 200, image_format)
             self.assertTrue(reply.body.startswith(signature), image_format)
             with open(f"/proc/{daemon.process.pid}/maps", encoding="utf-8") as maps:
-                self.assertEqual("libOpenImageIO" in maps.read(), image_format != "png", image_format)
+                self.assertEqual("libOpenImageIO" in maps.read(), image_format in ("exr", "hdr"), image_format)
 
     def test_the_client_is_installed(self):
         client = os.path.join(self.prefix, "bin", "tessera")

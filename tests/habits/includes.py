@@ -30,7 +30,7 @@ LIBRARIES = {
     "core/io/oiio": ["OpenImageIO/"],
     "proto/wire": ["nlohmann/", "openssl/"],
     "proto": ["nlohmann/"],
-    "server": ["boost/", "nlohmann/", "spdlog/", "CLI/"],
+    "server": ["nlohmann/", "spdlog/", "CLI/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
     "tests": ["gtest/", "boost/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
     "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h"],

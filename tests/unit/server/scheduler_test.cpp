@@ -241,7 +241,7 @@ TEST(Scheduler, LongStepsDontHoldUpOthers) {
 }
 
 TEST(Scheduler, NoMoreThreadsThanUsualAreAtWorkWhenLongStepsHaveEnded) {
-  Scheduler scheduler(1);
+  Scheduler scheduler(1, std::chrono::seconds(2));  // longer than a busy machine holds up a short step
   std::promise<void> go, seen;
   auto owned = std::make_shared<int>(1);
   const std::weak_ptr<int> long_batch = owned;

@@ -105,6 +105,21 @@ TEST(Tiles, InStepsOnAnyThreadsGiveTheSameBytes) {
   }
 }
 
+TEST(Tiles, WhateverIsTracedTogetherGivesTheSameBytes) {
+  RenderContext context = context_for(ScreenBounds::flat);
+  context.settings.samples = 11;
+  for (std::size_t tile = 0; tile < context.plan.tiling.tiles.size(); ++tile) {
+    *context.chunk = 1024;
+    const auto expected = render_tile(context, tile);
+    for (const std::size_t size : {1, 7, 64, 1000}) {
+      *context.chunk = size;
+      const auto result = render_tile(context, tile);
+      EXPECT_TRUE(same_bytes(expected->pixels, result->pixels)) << "tile " << tile << ", " << size << " at a time";
+      EXPECT_EQ(expected->rays, result->rays);
+    }
+  }
+}
+
 TEST(Tiles, GoOnAfterAStop) {
   const RenderContext context = context_for(ScreenBounds::off);
   const auto expected = render_tile(context, 4);

@@ -266,6 +266,27 @@ TEST(Obj, SmoothingEndsAtItsGroup) {
   }
 }
 
+TEST(Obj, BothSidesOfACardInOneSmoothingGroupAreFlat) {
+  // Their normals add up to nothing, or to what rounding leaves of them.
+  const std::string cards = "v 0 0 0\nv 1 0 0\nv 1 0.3 1\nv 0 0.3 1\nv 2 0.7 0.1\nv 2 0.9 1.1\ns 1\n";
+  const Imported file = read(cards + "f 1 2 3 4\nf 4 3 2 1\nf 2 5 6 3\nf 3 6 5 2\n");
+  const TriangleMesh& card = mesh(file);
+  for (const TriangleIndices& t : card.triangles) {
+    const Vec3d area = area_vector(card.positions, t);
+    for (const std::uint32_t corner : t) {
+      if (card.normals.empty()) continue;  // flat as well
+      EXPECT_GT(dot(to_double(card.normals[corner]), area), 0.999 * length(area) * length(card.normals[corner]));
+    }
+  }
+}
+
+TEST(Obj, LongNamesOfPartsAreKeptOnce) {
+  const std::string name(100'000, 'n');
+  std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no " + name + "\n";
+  for (int i = 0; i < 2000; ++i) text += "g " + std::to_string(i) + "\nf 1 2 3\n";  // 200 MB of names otherwise
+  EXPECT_EQ(read(text).parts.size(), 2000U);
+}
+
 TEST(Obj, SmoothingGoesAcrossObjectsGroupsAndMaterials) {
   const Imported file = read(kRoof + "s 1\nf 1 2 3 4\ng other\nusemtl b\nf 4 3 5 6\n");
   ASSERT_EQ(file.parts.size(), 2U);

@@ -163,6 +163,20 @@ struct Large {
   const char* name;
   std::vector<Vec3> (*make)(std::size_t corners);
 };
+/// Petals that all meet in one point.
+std::vector<Vec3> flower(std::size_t corners) {
+  std::vector<Vec3> positions;
+  const auto petals = static_cast<double>(corners / 3);
+  for (double i = 0; i < petals; ++i) {
+    const auto at = [&](double part) {
+      const double angle = 2 * std::numbers::pi * (i + part) / petals;
+      return Vec3{static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0};
+    };
+    positions.insert(positions.end(), {Vec3{}, at(0.1), at(0.6)});
+  }
+  return positions;
+}
+
 constexpr Large kLarge[]{
     {"spiral", [](std::size_t n) { return spiral(n, 10); }},
     {"narrow spiral", [](std::size_t n) { return spiral(n, std::pow(static_cast<double>(n), 2.0 / 3) / 6); }},
@@ -198,6 +212,15 @@ TEST(Polygon, LargeOnesTakeStepsNearTheirNumberOfCorners) {
   ASSERT_TRUE(triangulate(million, all_corners(million.size()), triangles, steps));
   EXPECT_EQ(triangles.size(), million.size() - 2);
   EXPECT_LE(steps.taken(), 600U * 1'000'000);
+}
+
+TEST(Polygon, LargeOnesThatTouchThemselvesInOnePointTakeFewStepsToo) {
+  const std::vector<Vec3> positions = flower(30'000);
+  std::vector<TriangleIndices> triangles;
+  Steps steps;
+  ASSERT_TRUE(triangulate(positions, all_corners(positions.size()), triangles, steps));
+  EXPECT_EQ(triangles.size(), positions.size() - 2);
+  EXPECT_LE(steps.taken(), 600 * positions.size());
 }
 
 TEST(Polygon, LargeOnesThatCrossThemselvesTakeFewStepsToo) {

@@ -45,7 +45,7 @@ std::string read_all(const std::string& scene) {
                 name_of(scene) + " is " + std::string(proto::description(kind)) + "; " + known);
 }
 
-json parse(const std::string& text, const std::string& scene) {
+json parse_document(const std::string& text, const std::string& scene) {
   const auto refuse = [&](const std::string& why) {
     throw Failure(Failure::Kind::local_file, name_of(scene) + ": " + why);
   };
@@ -101,7 +101,7 @@ json document_of(const std::string& scene) {
   const FileKind kind = proto::file_kind(text, text.size());
   if (kind != FileKind::json && kind != FileKind::unknown)
     refuse_kind(scene, kind, is_file ? kKnown : "a document is expected where there is no file");
-  return parse(text, scene);
+  return parse_document(text, scene);
 }
 
 json tile_size(const std::string& text) {

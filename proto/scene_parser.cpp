@@ -270,8 +270,7 @@ class SceneParser {
   }
 
   void warn_of_darkness(const JsonCursor& where) {
-    if (builder_.is_dark())
-      builder_.warn(where, "The scene has no light that isn't black, nor a background, so its image is black.");
+    if (builder_.is_dark()) builder_.warn(where, "The scene has no light that isn't black, so its surfaces are black.");
   }
 
   JsonCursor document_;

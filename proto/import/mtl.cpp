@@ -217,7 +217,7 @@ class MtlReader {
       note("A colour has a component above 1000, which counts as 1000");
     else if (most > 1)
       note("A colour has a component above 1, which is used as it is");
-    const auto share = [](float v) { return std::min(not_negative(v), kLargestShare); };
+    const auto share = [this](float v) { return std::min(not_negative(v), kLargestShare); };
     return {share(value.r), share(value.g), share(value.b)};
   }
 

@@ -12,7 +12,7 @@ namespace {
 const std::string kHash = "sha256:" + std::string(64, '7');
 const std::string kByHash = "{\"scene\": \"" + kHash + '"';
 
-JobRequest parsed(const std::string& text) {
+JobRequest parsed_job(const std::string& text) {
   const auto job = parse_job(text, NoFiles(), Limits());
   if (!job) {
     ADD_FAILURE() << job.problem().detail << job.problem().errors.at(0).pointer << job.problem().errors.at(0).detail;
@@ -22,7 +22,7 @@ JobRequest parsed(const std::string& text) {
 }
 
 TEST(ParseJob, DefaultsAreThoseOfCore) {
-  const JobRequest job = parsed(kByHash + "}");
+  const JobRequest job = parsed_job(kByHash + "}");
   EXPECT_EQ(std::get<ContentHash>(job.scene), kHash);
   EXPECT_FALSE(job.camera);
   EXPECT_EQ(job.name, "");
@@ -41,7 +41,7 @@ TEST(ParseJob, DefaultsAreThoseOfCore) {
 }
 
 TEST(ParseJob, EverySetting) {
-  const JobRequest job = parsed(kByHash + R"(, "name": "übung", "image": {"width": 640, "height": 480},
+  const JobRequest job = parsed_job(kByHash + R"(, "name": "übung", "image": {"width": 640, "height": 480},
     "camera": {"type": "orthographic", "from": [0, 0, 1], "at": [0, 0, 0], "height": 3},
     "settings": {"samples": 16, "jitter": false, "max_depth": 9, "seed": 18446744073709551615,
                  "accel": {"kind": "brute"}, "screen_bounds": "off", "tile_size": 32,
@@ -63,7 +63,7 @@ TEST(ParseJob, EverySetting) {
 
 TEST(ParseJob, WordsForStructureTilesAndAovs) {
   const auto settings = [](const std::string& text) {
-    return parsed(kByHash + R"(, "image": {"width": 64, "height": 100}, "settings": {)" + text + "}}").settings;
+    return parsed_job(kByHash + R"(, "image": {"width": 64, "height": 100}, "settings": {)" + text + "}}").settings;
   };
   EXPECT_EQ(settings(R"("accel": {"kind": "auto"})").accel.kind, AccelKind::automatic);
   EXPECT_EQ(settings(R"("accel": {"kind": "bvh"})").accel.kind, AccelKind::bvh);
@@ -78,7 +78,7 @@ TEST(ParseJob, WordsForStructureTilesAndAovs) {
 }
 
 TEST(ParseJob, TheOrderOfKeysDoesNotMatter) {
-  const JobRequest job = parsed(
+  const JobRequest job = parsed_job(
       "{\"settings\": {\"tile_size\": \"whole\"}, \"image\": {\"height\": 8, \"width\": 99}, "
       "\"scene\": \"" +
       kHash + "\"}");
@@ -87,11 +87,11 @@ TEST(ParseJob, TheOrderOfKeysDoesNotMatter) {
 
 TEST(ParseJob, AnInlineSceneIsTheSceneThatStandsAlone) {
   const std::string text = R"({"camera": {"type": "perspective", "from": [0, 0, 5], "at": [0, 0, 0]},
-    "background": [1, 1, 1], "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2},
+    "lights": [{"type": "ambient", "radiance": [1, 1, 1]}], "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2},
                 {"type": "mesh", "positions": [], "triangles": []}]})";
   const auto alone = parse_scene(text, NoFiles(), Limits());
   ASSERT_TRUE(alone);
-  const JobRequest job = parsed("{\"name\": \"x\", \"scene\": " + text + "}");
+  const JobRequest job = parsed_job("{\"name\": \"x\", \"scene\": " + text + "}");
   const auto& scene = std::get<ParsedScene>(job.scene);
   EXPECT_EQ(scene.hash, alone->hash);
   EXPECT_EQ(std::get<Sphere>(scene.scene->shapes.at(0)).radius, 2);
@@ -107,18 +107,18 @@ Scene sized(std::uint32_t width, std::uint32_t height) {
 }
 
 TEST(ParseJob, TakesTheSizeOfItsSceneUnlessItHasOne) {
-  JobRequest job = parsed(kByHash + R"(, "settings": {"tile_size": "whole"}})");
+  JobRequest job = parsed_job(kByHash + R"(, "settings": {"tile_size": "whole"}})");
   EXPECT_FALSE(take_image(sized(640, 480), Limits(), job));
   EXPECT_EQ(job.settings.width, 640U);
   EXPECT_EQ(job.settings.height, 480U);
   EXPECT_EQ(job.settings.tile_size, 640U);
 
-  JobRequest own = parsed(kByHash + R"(, "image": {"width": 7, "height": 5}})");
+  JobRequest own = parsed_job(kByHash + R"(, "image": {"width": 7, "height": 5}})");
   EXPECT_FALSE(take_image(sized(640, 480), Limits(), own));
   EXPECT_EQ(own.settings.width, 7U);
   EXPECT_EQ(own.settings.height, 5U);
 
-  JobRequest none = parsed(kByHash + "}");
+  JobRequest none = parsed_job(kByHash + "}");
   EXPECT_FALSE(take_image(Scene(), Limits(), none));
   EXPECT_EQ(none.settings.width, 512U);
 }
@@ -128,7 +128,7 @@ TEST(ParseJob, LimitsHoldForTheSizeOfItsScene) {
     Limits limits;
     limits.max_samples = 640 * 480 * 10;
     limits.max_tiles = 1200;
-    JobRequest job = parsed(kByHash + ", \"settings\": {" + settings + "}}");
+    JobRequest job = parsed_job(kByHash + ", \"settings\": {" + settings + "}}");
     return take_image(sized(640, 480), limits, job);
   };
   EXPECT_FALSE(problem(R"("samples": 10, "tile_size": 16)"));

@@ -167,7 +167,7 @@ TEST(ParseScene, CamerasWithoutAPlace) {
 }
 
 TEST(ParseScene, InstancesShareTheirShape) {
-  const Scene scene = parsed(R"({"background": [1, 1, 1],
+  const Scene scene = parsed(R"({"lights": [{"type": "ambient", "radiance": [1, 1, 1]}],
     "geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
     "objects": [{"type": "instance", "of": "ball"}, {"type": "instance", "of": "ball", "transform": {"scale": 2}}]})");
   ASSERT_EQ(scene.shapes.size(), 1U);
@@ -180,7 +180,7 @@ TEST(ParseScene, InstancesShareTheirShape) {
 }
 
 TEST(ParseScene, GeometryThatNobodyPlacesIsLeftOutAndReported) {
-  const Scene scene = parsed(R"({"background": [1, 1, 1],
+  const Scene scene = parsed(R"({"lights": [{"type": "ambient", "radiance": [1, 1, 1]}],
     "geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1},
       "a/b": {"type": "sphere", "center": [5, 0, 0], "radius": 2},
       "c": {"type": "sphere", "center": [6, 0, 0], "radius": 3}},
@@ -224,7 +224,7 @@ TEST(ParseScene, Transforms) {
 }
 
 TEST(ParseScene, DroppedTrianglesAreCountedAndReported) {
-  const Scene scene = parsed(R"({"background": [1, 1, 1],
+  const Scene scene = parsed(R"({"lights": [{"type": "ambient", "radiance": [1, 1, 1]}],
     "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1},
     {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1e30], [0, 1, 0]],
      "triangles": [[0, 1, 3], [0, 1, 2], [0, 1, 1], [0, 2, 4]]},
@@ -238,7 +238,7 @@ TEST(ParseScene, DroppedTrianglesAreCountedAndReported) {
 }
 
 TEST(ParseScene, WarningsDoNotGrowWithoutBound) {
-  std::string text = R"({"background": [1, 1, 1], "objects": [)";
+  std::string text = R"({"lights": [{"type": "ambient", "radiance": [1, 1, 1]}], "objects": [)";
   for (int i = 0; i < 500; ++i) text += R"({"type": "mesh", "positions": [], "triangles": []},)";
   text.back() = ']';
   const Scene scene = parsed(text + "}");
@@ -363,10 +363,12 @@ TEST(ParseScene, ASceneWithoutLightIsTold) {
                            {"type": "directional", "direction": [0, 0, 1], "irradiance": [0, 0, 0]}])"}) {
     ASSERT_EQ(warnings(dark).size(), 1U) << dark;
     EXPECT_EQ(warnings(dark)[0].pointer, std::string_view(dark).empty() ? "" : "/lights");
-    EXPECT_NE(warnings(dark)[0].detail.find("its image is black"), std::string::npos);
+    EXPECT_NE(warnings(dark)[0].detail.find("its surfaces are black"), std::string::npos);
   }
-  for (const char* lit :
-       {R"(, "background": [0, 0, 0.1])", R"(, "lights": [{"type": "ambient", "radiance": [0, 1, 0]}])"}) {
+  EXPECT_EQ(warnings(R"(, "background": [0, 0, 0.1])").size(), 1U) << "the sphere is black all the same";
+  for (const char* lit : {R"(, "background": [0, 0, 0.1], "materials": {"a": {"type": "diffuse", "color": [1, 1, 1]}},
+             "lights": [{"type": "ambient", "radiance": [0, 1, 0]}])",
+                          R"(, "lights": [{"type": "ambient", "radiance": [0, 1, 0]}])"}) {
     EXPECT_TRUE(warnings(lit).empty()) << lit;
   }
   EXPECT_TRUE(parse_scene(R"({"objects": []})", NoFiles(), Limits())->scene->warnings.empty());

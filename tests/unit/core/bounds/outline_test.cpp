@@ -5,11 +5,11 @@
 namespace tessera {
 namespace {
 
-const Ellipsoid kBall{{10, 0, 0}, {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
+const Ellipsoid kRoundBall{{10, 0, 0}, {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
 const Ellipsoid kEllipse{{0, 0, 1}, {{3, 0, 0}, {0, 1, 0}, {}}};
 
 TEST(Outline, ExtentIsOverPointsAndEllipsoids) {
-  const Outline outline{{{1, 2, 3}, {-4, 0, 0}}, {kBall, kEllipse}, 0};
+  const Outline outline{{{1, 2, 3}, {-4, 0, 0}}, {kRoundBall, kEllipse}, 0};
   const Extent x = extent_along({1, 0, 0}, outline);
   EXPECT_NEAR(x.lo, -4, 1e-12);
   EXPECT_NEAR(x.hi, 12, 1e-12);
@@ -40,14 +40,14 @@ TEST(Outline, OfNothingHasNoExtent) {
 
 TEST(Outline, AppendKeepsTheLargerSlack) {
   Outline a{{{1, 0, 0}}, {}, 0.5};
-  a.append({{{2, 0, 0}}, {kBall}, 0.25});
+  a.append({{{2, 0, 0}}, {kRoundBall}, 0.25});
   EXPECT_EQ(a.points.size(), 2);
   EXPECT_EQ(a.ellipsoids.size(), 1);
   EXPECT_EQ(a.slack, 0.5);
 }
 
 TEST(Outline, KeepLeavesWhatIsMarked) {
-  Outline outline{{{1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, {kBall, kEllipse}, 0};
+  Outline outline{{{1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, {kRoundBall, kEllipse}, 0};
   keep(outline, {false, true, false, false, true});
   ASSERT_EQ(outline.points.size(), 1);
   EXPECT_EQ(outline.points[0].x, 2);
@@ -56,7 +56,7 @@ TEST(Outline, KeepLeavesWhatIsMarked) {
 }
 
 TEST(Ellipsoid, BoundingRadiusIsItsLongestHalfAxis) {
-  EXPECT_NEAR(bounding_radius(kBall), 2, 1e-12);
+  EXPECT_NEAR(bounding_radius(kRoundBall), 2, 1e-12);
   EXPECT_NEAR(bounding_radius(kEllipse), 3, 1e-12);
   // The same axis thrice: a segment of half length √3.
   EXPECT_NEAR(bounding_radius({{}, {{1, 0, 0}, {1, 0, 0}, {1, 0, 0}}}), std::sqrt(3.0), 1e-12);

@@ -8,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr Sphere kUnit{{0, 0, 0}, 1};
-const float kNan = std::numeric_limits<float>::quiet_NaN();
+const float kQuietNan = std::numeric_limits<float>::quiet_NaN();
 
 TEST(Sphere, NearRootFirst) {
   EXPECT_EQ(intersect(kUnit, {{0, 0, 3}, {0, 0, -1}}), 2.0F);
@@ -60,7 +60,7 @@ TEST(Sphere, Stress08_BothEndsOfTheIntervalAreOpen) {
 }
 
 TEST(Sphere, Stress07And09_UntraceableRaysMiss) {
-  for (const float bad : {kNan, kInfinity, -kInfinity})
+  for (const float bad : {kQuietNan, kInfinity, -kInfinity})
     for (int axis = 0; axis < 3; ++axis) {
       Ray ray{{0, 0, 3}, {0, 0, -1}};
       ray.origin[axis] = bad;
@@ -69,8 +69,8 @@ TEST(Sphere, Stress07And09_UntraceableRaysMiss) {
       ray.direction[axis] = bad;
       EXPECT_EQ(intersect(kUnit, ray), std::nullopt) << bad << " in direction, axis " << axis;
     }
-  EXPECT_EQ(intersect(kUnit, {{0, 0, 3}, {0, 0, -1}, kNan}), std::nullopt);
-  EXPECT_EQ(intersect(kUnit, {{0, 0, 3}, {0, 0, -1}, 0, kNan}), std::nullopt);
+  EXPECT_EQ(intersect(kUnit, {{0, 0, 3}, {0, 0, -1}, kQuietNan}), std::nullopt);
+  EXPECT_EQ(intersect(kUnit, {{0, 0, 3}, {0, 0, -1}, 0, kQuietNan}), std::nullopt);
   EXPECT_EQ(intersect(kUnit, {{0, 0, 3}, {0, 0, 0}}), std::nullopt);
   EXPECT_EQ(intersect(kUnit, {{0, 0, 0}, {0, 0, 0}}), std::nullopt);
 }

@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-Object placed(const std::array<double, 12>& rows) { return {0, 0, Transform::from_rows(rows).value()}; }
+Object placed_by(const std::array<double, 12>& rows) { return {0, 0, Transform::from_rows(rows).value()}; }
 
 const Ellipsoid kBall{{1, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
@@ -19,7 +19,7 @@ TEST(WorldOutline, WithoutAPlacementIsTheOutline) {
 
 TEST(WorldOutline, CarriesPointsAndEllipsoids) {
   // Stretched to (2, 4, 1), then moved by (10, 0, 0).
-  const Object object = placed({2, 0, 0, 10, 0, 4, 0, 0, 0, 0, 1, 0});
+  const Object object = placed_by({2, 0, 0, 10, 0, 4, 0, 0, 0, 0, 1, 0});
   const Outline world = world_outline(object, {{{1, 2, 3}}, {kBall}, 0.25});
   EXPECT_EQ(world.points, (std::vector<Vec3>{{12, 8, 3}}));
   const Extent x = extent_along({1, 0, 0}, {{}, world.ellipsoids, 0});
@@ -31,7 +31,7 @@ TEST(WorldOutline, CarriesPointsAndEllipsoids) {
 
 /// Far away floats are coarse: a million metres along x and back along y leave nothing of it along x + y.
 TEST(WorldOutline, AllowsForTheRoundingOfPoints) {
-  const Object object = placed({1, 0, 0, 1e6, 0, 1, 0, -1e6, 0, 0, 1, 0});
+  const Object object = placed_by({1, 0, 0, 1e6, 0, 1, 0, -1e6, 0, 0, 1, 0});
   for (int i = 0; i < 100; ++i) {
     const float x = 0.013F * static_cast<float>(i), y = 0.007F * static_cast<float>(i);
     const Extent sum = extent_along({1, 1, 0}, world_outline(object, {{{x, y, 0}}, {}, 0}));
@@ -42,7 +42,7 @@ TEST(WorldOutline, AllowsForTheRoundingOfPoints) {
 }
 
 TEST(WorldOutline, KeepsWhatLiesBeyondTheLargestFloat) {
-  const Object object = placed({1e10, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+  const Object object = placed_by({1e10, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
   const Outline world = world_outline(object, {{{1e30F, 2, 3}, {1, 2, 3}}, {}, 0});
   EXPECT_EQ(world.points.size(), 1);
   const Extent x = extent_along({1, 0, 0}, world);

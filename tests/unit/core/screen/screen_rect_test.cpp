@@ -8,23 +8,23 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kSide = 100;
+constexpr std::uint32_t kScreenSide = 100;
 constexpr PixelRect kScreen{0, 0, 100, 100};
 
-CameraRays looking_down_z(float fov = 1.0F) {
-  return {PerspectiveCamera{{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}}, fov}, kSide, kSide};
+CameraRays camera_down_z(float fov = 1.0F) {
+  return {PerspectiveCamera{{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}}, fov}, kScreenSide, kScreenSide};
 }
 
 Aabb around(Vec3 center, float half) { return {center - Vec3{half, half, half}, center + Vec3{half, half, half}}; }
 
 TEST(CameraRays, GoThroughTheMiddleAndTheEdges) {
-  const CameraRays camera = looking_down_z(2 * std::atan(1.0F));  // tan(fov / 2) = 1
+  const CameraRays camera = camera_down_z(2 * std::atan(1.0F));  // tan(fov / 2) = 1
   EXPECT_EQ(camera.ray(50, 50).direction, (Vec3{0, 0, -1}));
   EXPECT_NEAR(camera.ray(100, 50).direction.x, 1, 1e-6);
   EXPECT_NEAR(camera.ray(50, 0).direction.y, 1, 1e-6) << "row 0 is the top";
   const CameraRays wide(PerspectiveCamera{{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}}, 2 * std::atan(1.0F)}, 200, 100);
   EXPECT_NEAR(wide.ray(200, 50).direction.x, 2, 1e-6) << "the field of view is vertical";
-  const CameraRays parallel(OrthographicCamera{{{1, 2, 3}, {1, 2, 0}, {0, 1, 0}}, 4}, kSide, kSide);
+  const CameraRays parallel(OrthographicCamera{{{1, 2, 3}, {1, 2, 0}, {0, 1, 0}}, 4}, kScreenSide, kScreenSide);
   EXPECT_EQ(parallel.ray(0, 0).origin, (Vec3{-1, 4, 3}));
   EXPECT_EQ(parallel.ray(0, 0).direction, (Vec3{0, 0, -1}));
 }
@@ -39,7 +39,7 @@ TEST(CameraRays, ProjectWhatTheyPassThrough) {
 }
 
 TEST(ScreenRect, BoundsWhatIsInFront) {
-  const CameraRays camera = looking_down_z(2 * std::atan(1.0F));
+  const CameraRays camera = camera_down_z(2 * std::atan(1.0F));
   // Half of 1 at distance 4 on the near face: 50 ± 50 / 4 · 1.
   EXPECT_EQ(screen_rect(around({0, 0, -5}, 1), camera), (PixelRect{37, 37, 63, 63}));
   EXPECT_TRUE(screen_rect(around({20, 0, -5}, 1), camera).empty()) << "beside";
@@ -47,22 +47,22 @@ TEST(ScreenRect, BoundsWhatIsInFront) {
 }
 
 TEST(ScreenRect, IsTheWholeScreenFromInside_Stress38) {
-  EXPECT_EQ(screen_rect(around({0, 0, 0}, 1), looking_down_z()), kScreen);
-  EXPECT_EQ(screen_rect({{0, 0, 0}, {0, 0, 0}}, looking_down_z()), kScreen) << "a point at the eye: nothing is known";
+  EXPECT_EQ(screen_rect(around({0, 0, 0}, 1), camera_down_z()), kScreen);
+  EXPECT_EQ(screen_rect({{0, 0, 0}, {0, 0, 0}}, camera_down_z()), kScreen) << "a point at the eye: nothing is known";
 }
 
-TEST(ScreenRect, IsEmptyBehind_Stress40) { EXPECT_TRUE(screen_rect(around({0, 0, 5}, 1), looking_down_z()).empty()); }
+TEST(ScreenRect, IsEmptyBehind_Stress40) { EXPECT_TRUE(screen_rect(around({0, 0, 5}, 1), camera_down_z()).empty()); }
 
 TEST(ScreenRect, DoesNotWrapAroundWhenStraddling_Stress39) {
   // To the right of the camera, from behind it to far ahead: seen on the right, out to the edge.
-  const PixelRect rect = screen_rect({{1, -0.1F, -50}, {2, 0.1F, 5}}, looking_down_z());
+  const PixelRect rect = screen_rect({{1, -0.1F, -50}, {2, 0.1F, 5}}, camera_down_z());
   EXPECT_GT(rect.x0, 50);
   EXPECT_EQ(rect.x1, 100);
   EXPECT_LE(rect.y0, 45);
 }
 
 TEST(ScreenRect, OfAParallelCameraIgnoresDepth) {
-  const CameraRays camera(OrthographicCamera{{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}}, 10}, kSide, kSide);
+  const CameraRays camera(OrthographicCamera{{{0, 0, 0}, {0, 0, -1}, {0, 1, 0}}, 10}, kScreenSide, kScreenSide);
   EXPECT_EQ(screen_rect(around({0, 0, -500}, 1), camera), (PixelRect{39, 39, 61, 61}));
   EXPECT_EQ(screen_rect(around({0, 0, 0}, 1), camera), (PixelRect{39, 39, 61, 61})) << "straddling";
   EXPECT_TRUE(screen_rect(around({0, 0, 5}, 1), camera).empty()) << "behind";
@@ -70,7 +70,7 @@ TEST(ScreenRect, OfAParallelCameraIgnoresDepth) {
 
 /// Every sample whose ray enters the box lies in the box's rectangle.
 void expect_superset(const Camera& camera_data, Random& random, double size, int seed) {
-  const CameraRays camera(camera_data, kSide, kSide);
+  const CameraRays camera(camera_data, kScreenSide, kScreenSide);
   const Vec3 a = to_float(random.in_cube() * size);
   const Vec3 extent = to_float((random.in_cube() + Vec3d{1, 1, 1}) * (size * random.magnitude(-6, 0)));
   const Aabb box{a, a + extent};
@@ -81,7 +81,8 @@ void expect_superset(const Camera& camera_data, Random& random, double size, int
     for (int axis = 0; axis < 3; ++axis) p[axis] = random.uniform(box.lo[axis], box.hi[axis]);
     const auto seen = camera.project(p);
     double x = seen.x, y = seen.y;
-    if (!(x >= 0 && x < kSide && y >= 0 && y < kSide)) x = random.uniform(0, kSide), y = random.uniform(0, kSide);
+    if (!(x >= 0 && x < kScreenSide && y >= 0 && y < kScreenSide))
+      x = random.uniform(0, kScreenSide), y = random.uniform(0, kScreenSide);
     const Ray ray = camera.ray(x, y);
     // The unpadded test, in double.
     double lo = 0, hi = 1e300;

@@ -21,18 +21,18 @@ namespace {
 namespace fs = std::filesystem;
 using Triangles = std::vector<TriangleIndices>;
 
-Imported read(std::string_view text) { return import_obj(std::string(text), "a.obj", nullptr); }
+Imported read_obj(std::string_view text) { return import_obj(std::string(text), "a.obj", nullptr); }
 
 std::vector<std::string> errors_of(std::string_view text) {
   std::vector<std::string> errors;
   try {
-    read(text);
+    read_obj(text);
   } catch (const BrokenFile& broken) {
     for (const FieldError& error : broken.errors) errors.push_back(error.pointer + ": " + error.detail);
   }
   return errors;
 }
-std::string error_of(std::string_view text) {
+std::string obj_error_of(std::string_view text) {
   const std::vector<std::string> errors = errors_of(text);
   return errors.size() == 1 ? errors[0] : std::to_string(errors.size()) + " errors";
 }
@@ -44,7 +44,7 @@ const TriangleMesh& mesh(const Imported& file, std::size_t part = 0) {
 const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 TEST(Obj, PositionsAndFaces) {
-  const Imported file = read("# a square\n" + kSquare + "f 1 2 3\nf -4 -2 -1\n");
+  const Imported file = read_obj("# a square\n" + kSquare + "f 1 2 3\nf -4 -2 -1\n");
   ASSERT_EQ(file.parts.size(), 1U);
   EXPECT_EQ(mesh(file).positions, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
   EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
@@ -54,7 +54,7 @@ TEST(Obj, PositionsAndFaces) {
 }
 
 TEST(Obj, PolygonsAreTiled) {
-  const Imported file = read("v 0 0 0\nv 2 -2 0\nv 0 4 0\nv -2 -2 0\nf 2 3 4 1\nf 1 2 3 4\n");
+  const Imported file = read_obj("v 0 0 0\nv 2 -2 0\nv 0 4 0\nv -2 -2 0\nf 2 3 4 1\nf 1 2 3 4\n");
   double area = 0;
   for (const TriangleIndices& t : mesh(file).triangles) area += std::abs(area_vector(mesh(file).positions, t).z);
   EXPECT_EQ(mesh(file).triangles.size(), 4U);
@@ -63,14 +63,14 @@ TEST(Obj, PolygonsAreTiled) {
 
 TEST(Obj, NormalsWhereEveryCornerHasOne) {
   const std::string normals = "vn 0 0 1\nvn 0 1 1\nvt 0 0\n";
-  const Imported with = read(kSquare + normals + "f 1//1 2//1 3//1\nf 1/1/2 3/1/1 4/1/-1\n");
+  const Imported with = read_obj(kSquare + normals + "f 1//1 2//1 3//1\nf 1/1/2 3/1/1 4/1/-1\n");
   EXPECT_EQ(mesh(with).positions.size(), 5U) << "the first corner has two normals, so it is two vertices";
   EXPECT_EQ(mesh(with).triangles, (Triangles{{0, 1, 2}, {3, 2, 4}}));
   EXPECT_EQ(mesh(with).normals[0], (Vec3{0, 0, 1}));
   EXPECT_EQ(mesh(with).normals[3], (Vec3{0, 1, 1}));
   EXPECT_EQ(mesh(with).positions[3], Vec3{});
 
-  const Imported without = read(kSquare + normals + "f 1/1 2/1 3/1\nf 1/1 3/1 4/1\n");
+  const Imported without = read_obj(kSquare + normals + "f 1/1 2/1 3/1\nf 1/1 3/1 4/1\n");
   EXPECT_TRUE(mesh(without).normals.empty());
   EXPECT_EQ(mesh(without).positions.size(), 4U);
 }
@@ -79,24 +79,25 @@ TEST(Obj, ManyNormalsAtOnePositionTakeNoTimeInTheirSquare) {
   std::string text = kSquare;
   for (int i = 1; i <= 50'000; ++i)
     text += "vn 0 " + std::to_string(i) + " 1\nf 1//" + std::to_string(i) + " 2//1 3//1\n";
-  EXPECT_EQ(mesh(read(text)).triangles.size(), 50'000U);
+  EXPECT_EQ(mesh(read_obj(text)).triangles.size(), 50'000U);
 }
 
 TEST(Obj, APartForEachObjectGroupAndMaterial) {
-  const Imported file = read(kSquare +
-                             "f 1 2 3\no one\nf 1 2 3\ng a b\nf 1 2 3\nusemtl red\nf 1 2 3\nusemtl green\nf 1 2 3\n"
-                             "usemtl red\nf 2 3 4\ng\nf 1 2 3\no two\nusemtl red\nf 1 2 3\no one\ng a b\nf 1 2 4\n");
+  const Imported file =
+      read_obj(kSquare +
+               "f 1 2 3\no one\nf 1 2 3\ng a b\nf 1 2 3\nusemtl red\nf 1 2 3\nusemtl green\nf 1 2 3\n"
+               "usemtl red\nf 2 3 4\ng\nf 1 2 3\no two\nusemtl red\nf 1 2 3\no one\ng a b\nf 1 2 4\n");
   std::vector<std::size_t> sizes;
   for (const ImportedPart& part : file.parts) sizes.push_back(std::get<TriangleMesh>(part.shape).triangles.size());
   EXPECT_EQ(sizes, (std::vector<std::size_t>{1, 1, 1, 3, 1, 1, 1}));
 }
 
 TEST(Obj, FacesMayNameWhatComesLater) {
-  EXPECT_EQ(mesh(read("f 1//1 2//1 3//1\n" + kSquare + "vn 0 0 1\n")).normals.size(), 3U);
+  EXPECT_EQ(mesh(read_obj("f 1//1 2//1 3//1\n" + kSquare + "vn 0 0 1\n")).normals.size(), 3U);
 }
 
 TEST(Obj, LinesMayEndAsOnAnySystemBeContinuedAndHaveComments) {
-  const Imported hash = read(kSquare + "f 1 2 3 4 # both\nv 5 5 5#\nv 6 6 6 #\n");
+  const Imported hash = read_obj(kSquare + "f 1 2 3 4 # both\nv 5 5 5#\nv 6 6 6 #\n");
   ASSERT_EQ(hash.warnings.size(), 1U) << "5# is no number";
   EXPECT_EQ(hash.warnings[0].pointer, "a.obj:6");
   const std::string good = kSquare + "f 1 2 3 4\t# both\n";
@@ -104,23 +105,23 @@ TEST(Obj, LinesMayEndAsOnAnySystemBeContinuedAndHaveComments) {
   for (const char c : good) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
   std::replace(mac.begin(), mac.end(), '\n', '\r');
   for (const std::string& form : {good, windows, mac, "\xEF\xBB\xBF" + good, good.substr(0, good.size() - 1)}) {
-    EXPECT_EQ(mesh(read(form)).triangles.size(), 2U);
-    EXPECT_TRUE(read(form).warnings.empty());
+    EXPECT_EQ(mesh(read_obj(form)).triangles.size(), 2U);
+    EXPECT_TRUE(read_obj(form).warnings.empty());
   }
   const std::string split = kSquare + "# no \\\nf 1 \\\n 2 \\ \t\n3 \\\r\n4\nf 1 2\n";
-  EXPECT_EQ(mesh(read(split)).triangles.size(), 2U);
-  ASSERT_EQ(read(split).warnings.size(), 1U);
-  EXPECT_EQ(read(split).warnings[0].pointer, "a.obj:10") << "continued lines count";
+  EXPECT_EQ(mesh(read_obj(split)).triangles.size(), 2U);
+  ASSERT_EQ(read_obj(split).warnings.size(), 1U);
+  EXPECT_EQ(read_obj(split).warnings[0].pointer, "a.obj:10") << "continued lines count";
 }
 
 TEST(Obj, NumbersInEveryForm) {
-  const Imported file = read("v 1. +.5 -1e+1\nv  1E0\t2 3\n  v 1e-60 0 0 \nf 1 2 3\n");
+  const Imported file = read_obj("v 1. +.5 -1e+1\nv  1E0\t2 3\n  v 1e-60 0 0 \nf 1 2 3\n");
   EXPECT_EQ(mesh(file).positions, (std::vector<Vec3>{{1, 0.5F, -10}, {1, 2, 3}, {0, 0, 0}}));
 }
 
 TEST(Obj, AVertexThatIsNoneKeepsItsPlaceAndCostsItsFaces) {
-  const Imported file = read(kSquare + "v 0x1 0 0\nv 1 3.1+e2 0\nv 1 2\nv\nv 2 2 2\nvn 1 2 z\n" +
-                             "f 1 2 5\nf 1 2 6\nf 1 7 3\nf 8 2 3\nf 1 2 9\nf -9 2 3\n");
+  const Imported file = read_obj(kSquare + "v 0x1 0 0\nv 1 3.1+e2 0\nv 1 2\nv\nv 2 2 2\nvn 1 2 z\n" +
+                                 "f 1 2 5\nf 1 2 6\nf 1 7 3\nf 8 2 3\nf 1 2 9\nf -9 2 3\n");
   EXPECT_EQ(mesh(file).triangles.size(), 2U);
   EXPECT_EQ(mesh(file).positions.back(), (Vec3{2, 2, 2}));
   ASSERT_EQ(file.warnings.size(), 3U);
@@ -147,9 +148,9 @@ TEST(Obj, AFileOfWhichNothingIsLeftIsRefusedWithItsFirstErrors) {
 }
 
 TEST(Obj, TrianglesThatArentFiniteAreDroppedAndCounted) {
-  const Imported file = read(kSquare +
-                             "v nan 0 0\nv inf 0 0\nv 1e999 0 0\nv 1.#IND 0 0\n"
-                             "f 1 2 5\nf 1 2 6\nf 1 2 7\nf 1 2 8\nf 1 2 3\nf 1 2 2\nf 1 2\n");
+  const Imported file = read_obj(kSquare +
+                                 "v nan 0 0\nv inf 0 0\nv 1e999 0 0\nv 1.#IND 0 0\n"
+                                 "f 1 2 5\nf 1 2 6\nf 1 2 7\nf 1 2 8\nf 1 2 3\nf 1 2 2\nf 1 2\n");
   EXPECT_EQ(mesh(file).triangles.size(), 1U);
   ASSERT_EQ(file.warnings.size(), 3U);
   EXPECT_NE(file.warnings[1].detail.find("(4 times)"), std::string::npos);
@@ -159,20 +160,20 @@ TEST(Obj, AFaceWhoseCornersAreNoneIsDroppedAndCounted) {
   for (const char* face : {"1 2 x", "1 2 3a", "1/1/1/1 2 3", "/1 2 3", "1-2 2 3", "1 2 +", "1 2 4294967297", "1.5 2 3",
                            "1 2 3 \"", "//1 2 3", "1 2 3/x", "1//y 2 3"}) {
     const std::string bad = "f " + std::string(face) + '\n';
-    const Imported file = read(kSquare + "vt 0 0\nvn 0 0 1\n" + bad + "f 1 2 3 4\n" + bad);
+    const Imported file = read_obj(kSquare + "vt 0 0\nvn 0 0 1\n" + bad + "f 1 2 3 4\n" + bad);
     EXPECT_EQ(mesh(file).triangles.size(), 2U) << face;
     ASSERT_EQ(file.warnings.size(), 1U) << face;
     EXPECT_EQ(file.warnings[0].pointer, "a.obj:7");
     EXPECT_EQ(file.warnings[0].detail,
               "A face whose corners aren't written v, v/vt, v//vn or v/vt/vn was dropped (2 times)");
-    EXPECT_TRUE(error_of(kSquare + bad).starts_with("a.obj:5: A face's corners are written")) << face;
+    EXPECT_TRUE(obj_error_of(kSquare + bad).starts_with("a.obj:5: A face's corners are written")) << face;
   }
-  EXPECT_TRUE(read(kSquare + "vt 0 0\nvn 0 0 1\nf +1/1/1 -3//+1\t3 \n").warnings.empty());
+  EXPECT_TRUE(read_obj(kSquare + "vt 0 0\nvn 0 0 1\nf +1/1/1 -3//+1\t3 \n").warnings.empty());
 }
 
 TEST(Obj, WhatFollowsASlashMayBeMissing) {
   for (const char* face : {"1// 2// 3//", "1/ 2/ 3/", "1/1/ 2/1/ 3/1/", "1 2/ 3//", "1/1 2// 3"}) {
-    const Imported file = read(kSquare + "vt 0 0\nf " + std::string(face) + '\n');
+    const Imported file = read_obj(kSquare + "vt 0 0\nf " + std::string(face) + '\n');
     EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}})) << face;
     EXPECT_TRUE(mesh(file).normals.empty());
     EXPECT_TRUE(file.warnings.empty()) << face;
@@ -182,18 +183,18 @@ TEST(Obj, WhatFollowsASlashMayBeMissing) {
 TEST(Obj, AnIndexThatNothingNeedsIsIgnoredAndTold) {
   for (const char* faces : {"f 1/7 2/7 3/7\n", "f 1/-1 2 3\n", "f 1/0 2 3\n", "f 1//0 2//0 3//0\n", "f 1//9 2 3\n",
                             "f 1//-1 2 3\n", "f 1/1/1 2/1/1 3/1/1\n"}) {
-    const Imported file = read(kSquare + faces);
+    const Imported file = read_obj(kSquare + faces);
     EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}})) << faces;
     EXPECT_TRUE(mesh(file).normals.empty());
     ASSERT_EQ(file.warnings.size(), 1U) << faces;
     EXPECT_EQ(file.warnings[0].pointer, "a.obj:5");
     EXPECT_TRUE(file.warnings[0].detail.starts_with("The index of a normal or a texture coordinate that isn't there"));
   }
-  EXPECT_TRUE(read("f 1/1 2/2 3/1\n" + kSquare + "vt 0 0\nvt 1 1\n").warnings.empty()) << "they come later";
+  EXPECT_TRUE(read_obj("f 1/1 2/2 3/1\n" + kSquare + "vt 0 0\nvt 1 1\n").warnings.empty()) << "they come later";
 }
 
 TEST(Obj, AFaceThatNamesNoVertexIsDroppedAndCounted) {
-  const Imported file = read(kSquare + "f 1 2 5\nf 1 2 3\nf -5 1 2\nf 0 1 2\nf 1 2 999999999\nf 1 3 4\nf 9 9 9\n");
+  const Imported file = read_obj(kSquare + "f 1 2 5\nf 1 2 3\nf -5 1 2\nf 0 1 2\nf 1 2 999999999\nf 1 3 4\nf 9 9 9\n");
   EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
   ASSERT_EQ(file.warnings.size(), 1U);
   EXPECT_EQ(file.warnings[0].detail, "A face that names a vertex that isn't there was dropped (5 times)");
@@ -212,7 +213,7 @@ TEST(Obj, NothingIsQuotedOfAFileThatMayBeAnything) {
     std::string said;
     for (const std::string& error : errors_of(text)) said += error;
     try {
-      for (const SceneWarning& warning : read(text).warnings) said += warning.pointer + warning.detail;
+      for (const SceneWarning& warning : read_obj(text).warnings) said += warning.pointer + warning.detail;
     } catch (const BrokenFile&) {
     }
     EXPECT_FALSE(said.empty());
@@ -235,7 +236,7 @@ std::map<std::array<float, 3>, std::vector<Vec3>> normals_at(const TriangleMesh&
 
 TEST(Obj, FacesOfOneSmoothingGroupShareTheirNormals) {
   for (const char* on : {"s 1\n", "s on\n", "s 37\n"}) {
-    const Imported file = read(kRoof + on + "f 1 2 3 4\nf 4 3 5 6\n");
+    const Imported file = read_obj(kRoof + on + "f 1 2 3 4\nf 4 3 5 6\n");
     const auto normals = normals_at(mesh(file));
     EXPECT_EQ(normals.at({1, 1, 1}), (std::vector<Vec3>{{0, 0, 1}})) << "the ridge, where slopes of one size meet";
     ASSERT_EQ(normals.at({0, 0, 0}).size(), 1U);
@@ -248,7 +249,7 @@ TEST(Obj, FacesCountByTheirAngleRatherThanByTheirArea) {
   // Two rectangles of different sizes, whose exporter wrote the normals beside them (tinyobjloader's issue 29).
   const std::string squares = "v 0 2 0\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 4 0 -1.255298\nv 4 2 -1.255298\ns 1\n";
   for (const char* faces : {"f 1 2 3 4\nf 4 3 5 6\n", "f 1 2 3\nf 1 3 4\nf 4 3 5\nf 4 5 6\n"}) {
-    const Vec3 ridge = normals_at(mesh(read(squares + faces))).at({2, 0, 0}).at(0);
+    const Vec3 ridge = normals_at(mesh(read_obj(squares + faces))).at({2, 0, 0}).at(0);
     EXPECT_NEAR(ridge.x, 0.276597, 1e-5);
     EXPECT_NEAR(ridge.y, 0, 1e-6);
     EXPECT_NEAR(ridge.z, 0.960986, 1e-5);
@@ -257,10 +258,10 @@ TEST(Obj, FacesCountByTheirAngleRatherThanByTheirArea) {
 
 TEST(Obj, SmoothingEndsAtItsGroup) {
   for (const char* off : {"s off\n", "s 0\n"}) {
-    EXPECT_TRUE(mesh(read(kRoof + off + "f 1 2 3 4\nf 4 3 5 6\n")).normals.empty()) << "flat";
+    EXPECT_TRUE(mesh(read_obj(kRoof + off + "f 1 2 3 4\nf 4 3 5 6\n")).normals.empty()) << "flat";
   }
   for (const char* second : {"s 2\n", "s off\n"}) {
-    const auto normals = normals_at(mesh(read(kRoof + "s 1\nf 1 2 3 4\n" + second + "f 4 3 5 6\n")));
+    const auto normals = normals_at(mesh(read_obj(kRoof + "s 1\nf 1 2 3 4\n" + second + "f 4 3 5 6\n")));
     ASSERT_EQ(normals.at({1, 1, 1}).size(), 2U);
     for (const Vec3 n : normals.at({1, 1, 1})) EXPECT_FLOAT_EQ(std::abs(n.y), kBack.y);
   }
@@ -269,7 +270,7 @@ TEST(Obj, SmoothingEndsAtItsGroup) {
 TEST(Obj, BothSidesOfACardInOneSmoothingGroupAreFlat) {
   // Their normals add up to nothing, or to what rounding leaves of them.
   const std::string cards = "v 0 0 0\nv 1 0 0\nv 1 0.3 1\nv 0 0.3 1\nv 2 0.7 0.1\nv 2 0.9 1.1\ns 1\n";
-  const Imported file = read(cards + "f 1 2 3 4\nf 4 3 2 1\nf 2 5 6 3\nf 3 6 5 2\n");
+  const Imported file = read_obj(cards + "f 1 2 3 4\nf 4 3 2 1\nf 2 5 6 3\nf 3 6 5 2\n");
   const TriangleMesh& card = mesh(file);
   for (const TriangleIndices& t : card.triangles) {
     const Vec3d area = area_vector(card.positions, t);
@@ -284,48 +285,48 @@ TEST(Obj, LongNamesOfPartsAreKeptOnce) {
   const std::string name(100'000, 'n');
   std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no " + name + "\n";
   for (int i = 0; i < 2000; ++i) text += "g " + std::to_string(i) + "\nf 1 2 3\n";  // 200 MB of names otherwise
-  EXPECT_EQ(read(text).parts.size(), 2000U);
+  EXPECT_EQ(read_obj(text).parts.size(), 2000U);
 }
 
 TEST(Obj, SmoothingGoesAcrossObjectsGroupsAndMaterials) {
-  const Imported file = read(kRoof + "s 1\nf 1 2 3 4\ng other\nusemtl b\nf 4 3 5 6\n");
+  const Imported file = read_obj(kRoof + "s 1\nf 1 2 3 4\ng other\nusemtl b\nf 4 3 5 6\n");
   ASSERT_EQ(file.parts.size(), 2U);
   EXPECT_EQ(normals_at(mesh(file, 0)).at({1, 1, 1}), (std::vector<Vec3>{{0, 0, 1}}));
   EXPECT_EQ(normals_at(mesh(file, 1)).at({1, 1, 1}), (std::vector<Vec3>{{0, 0, 1}}));
 }
 
 TEST(Obj, NormalsThatAreNamedWinOverSmoothing) {
-  const auto normals = normals_at(mesh(read(kRoof + "vn 1 0 0\ns 1\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n")));
+  const auto normals = normals_at(mesh(read_obj(kRoof + "vn 1 0 0\ns 1\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n")));
   EXPECT_EQ(normals.at({0, 0, 0}), (std::vector<Vec3>{{1, 0, 0}}));
   ASSERT_EQ(normals.at({1, 1, 1}).size(), 2U);
   EXPECT_EQ(normals.at({1, 1, 1})[0], (Vec3{1, 0, 0}));
   EXPECT_EQ(normals.at({1, 1, 1})[1], (Vec3{0, 0, 1})) << "the group's own";
-  const auto mixed = normals_at(mesh(read(kRoof + "vn 1 0 0\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n")));
+  const auto mixed = normals_at(mesh(read_obj(kRoof + "vn 1 0 0\nf 1//1 2//1 3//1 4//1\nf 4 3 5 6\n")));
   EXPECT_FLOAT_EQ(mixed.at({1, 2, 0})[0].y, kBack.y) << "flat without a group";
 }
 
 TEST(Obj, ASmoothingGroupThatIsNoneIsTold) {
-  const Imported file = read(kRoof + "s x\nf 1 2 3 4\n");
+  const Imported file = read_obj(kRoof + "s x\nf 1 2 3 4\n");
   ASSERT_EQ(file.warnings.size(), 1U);
   EXPECT_EQ(file.warnings[0].pointer, "a.obj:7");
 }
 
 TEST(Obj, WhatIsNoText) {
-  EXPECT_EQ(error_of(std::string_view("\xFE\xFF\0v", 4)), "a.obj:1: The file is UTF-16: save it as UTF-8");
-  EXPECT_EQ(error_of(std::string_view("v 0 0 0\nv 1 0\0 0\n", 17)), "a.obj:2: A byte 0: this is no text");
+  EXPECT_EQ(obj_error_of(std::string_view("\xFE\xFF\0v", 4)), "a.obj:1: The file is UTF-16: save it as UTF-8");
+  EXPECT_EQ(obj_error_of(std::string_view("v 0 0 0\nv 1 0\0 0\n", 17)), "a.obj:2: A byte 0: this is no text");
 }
 
 TEST(Obj, IgnoredStatementsAreCounted) {
-  const Imported file = read(kSquare + "l 1 2\ns off\np 1\nf 1 2 3\nend\n");
+  const Imported file = read_obj(kSquare + "l 1 2\ns off\np 1\nf 1 2 3\nend\n");
   ASSERT_EQ(file.warnings.size(), 1U);
   EXPECT_EQ(file.warnings[0].pointer, "a.obj:5");
   EXPECT_NE(file.warnings[0].detail.find("(3 times)"), std::string::npos);
-  EXPECT_EQ(read("v 0 0 0 1 0.5 0.5\nv 1 0 0\nv 0 1 0\nf 1 2 3").warnings.size(), 1U) << "a vertex colour";
+  EXPECT_EQ(read_obj("v 0 0 0 1 0.5 0.5\nv 1 0 0\nv 0 1 0\nf 1 2 3").warnings.size(), 1U) << "a vertex colour";
 }
 
 TEST(Obj, WithoutFacesThereIsNoPartButAWarning) {
   for (const std::string& text : {std::string(), kSquare}) {
-    const Imported file = read(text);
+    const Imported file = read_obj(text);
     EXPECT_TRUE(file.parts.empty());
     ASSERT_FALSE(file.warnings.empty());
     EXPECT_EQ(file.warnings.back().detail, "The file has no triangles");

@@ -39,7 +39,7 @@ std::error_code write_all(int descriptor, std::string_view bytes) {
 
 /// Writes what is called `name` to `path`.
 void write(const fs::path& path, std::string_view bytes, const fs::path& name) {
-  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(name, last_error().message());
   std::error_code error = write_all(descriptor, bytes);
   if (close(descriptor) != 0 && !error) error = last_error();  // Some file systems notice a quota only then.

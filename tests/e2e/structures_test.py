@@ -160,7 +160,8 @@ class StructuresTest(unittest.TestCase):
         self.assertLess(object_tests(bound="slabs", normals=13), few)
 
     def test_costs_as_pictures(self):
-        job = self.render({"aovs": ["cost_volumes", "cost_primitives"], "accel": {"kind": "bvh"}, "tile_size": 1}, SPHERE)
+        far = {**SPHERE, "camera": {"type": "perspective", "from": [0, 0, 8], "at": [0, 0, 0]}}
+        job = self.render({"aovs": ["cost_volumes", "cost_primitives"], "accel": {"kind": "bvh"}, "tile_size": 4}, far)
         self.assertIsNotNone(self.stats(job)["tests"], "a cost plane counts")
         starts = {"png": b"\x89PNG", "jpeg": b"\xff\xd8", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE"}
         for aov in ("cost_volumes", "cost_primitives"):

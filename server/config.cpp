@@ -59,8 +59,11 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   app.set_config("--config", "", "A file of `flag = value` lines")->envname("TESSERA_CONFIG");
   flag("--host", config.host, "Address to listen on");
   flag("--port", config.port, "Port to listen on; 0 takes any free one");
-  flag("--threads", config.threads, "Threads that build and render; 0 takes one per core");
-  flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept");
+  flag("--threads", config.threads, "Threads that build and render; 0 takes one per core")
+      ->check(CLI::Range(0U, 1024U));
+  flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept")->check([](const std::string& text) {
+    return text.empty() ? "it names no folder" : std::string();
+  });
   flag("--asset-root", paths.asset_root, "Folder whose files scenes may name by path; none without it");
   flag("--log-level", config.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));

@@ -31,7 +31,8 @@ std::string format_by_ending(const std::string& output) {
 
 void ImageArguments::add_to(CLI::App& command) {
   command.add_option("-o,--output", output, "The image file, or - for stdout")->capture_default_str();
-  command.add_option("--format", image.format, "png, jpeg, exr or hdr; by the output's ending when not given");
+  command.add_option("--format", image.format, "png, jpeg, exr or hdr; by the output's ending when not given")
+      ->check(CLI::IsMember({"png", "jpeg", "exr", "hdr"}));
 }
 
 void ImageArguments::check() {

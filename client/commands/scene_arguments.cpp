@@ -1,7 +1,10 @@
 #include "client/commands/scene_arguments.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -49,13 +52,21 @@ void SceneArguments::add_to(CLI::App& command) {
         if (!options.size) throw CLI::ValidationError("--size", "'" + text + "' isn't WIDTHxHEIGHT, like 640x480");
       },
       "Image size, like 640x480");
-  // Which the library would take for a number without sign, and wrap.
-  const CLI::Validator not_negative(
-      [](const std::string& text) { return text.starts_with('-') ? text + " is negative" : std::string(); }, "");
-  command.add_option("--spp", options.samples, "Samples per pixel")->check(not_negative);
+  // The library would wrap what is negative, cut off what is too large, and take 010 for 8.
+  const CLI::Validator whole_number(
+      [](std::string& text) {
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error != std::errc() || end != text.data() + text.size())
+          return text + " isn't a whole number from 0 to 18446744073709551615";
+        text = std::to_string(value);
+        return std::string();
+      },
+      "");
+  command.add_option("--spp", options.samples, "Samples per pixel")->transform(whole_number);
   command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first")
-      ->check(not_negative);
-  command.add_option("--seed", options.seed, "Seed of the samples")->check(not_negative);
+      ->transform(whole_number);
+  command.add_option("--seed", options.seed, "Seed of the samples")->transform(whole_number);
   command.add_option_function<std::string>(
       "--accel",
       [this](const std::string& text) {

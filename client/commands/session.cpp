@@ -86,7 +86,7 @@ void Session::note(std::string_view text) const {
 void Session::warn(const proto::FieldError& warning) const {
   const auto& [pointer, detail] = warning;
   if (json) return tell_json({{"warning", {{"pointer", pointer}, {"detail", detail}}}});
-  tell("warning: " + pointer + ": " + detail);
+  tell("warning: " + (pointer.empty() ? "" : pointer + ": ") + detail);
 }
 
 void Session::fail(ExitCode code, const std::string& message, const nlohmann::json& more) {

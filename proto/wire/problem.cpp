@@ -10,7 +10,7 @@ namespace {
 // In the order of the enumeration: `entry` looks rows up by index, and a test holds the two together.
 constexpr std::array kTable{
     ProblemEntry{ProblemCode::malformed_json, "malformed_json", 400, "The body is not well-formed JSON",
-                 "The body breaks the grammar of JSON (RFC 8259), repeats a key of an object, isn't UTF-8, or nests "
+                 "The body breaks the grammar of JSON (RFC 8259), isn't UTF-8, or nests "
                  "too deep; `detail` says where. Mend the document and send it again."},
     ProblemEntry{ProblemCode::malformed_request, "malformed_request", 400, "The request is malformed",
                  "The request breaks a rule of HTTP, or has a query parameter that the resource doesn't know or can't "

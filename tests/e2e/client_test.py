@@ -542,7 +542,7 @@ class Refusals(ClientTest):
         self.assertIn("Exit codes:", self.tessera("--help").stdout)
         for option in ("--spp", "--max-depth", "--seed"):
             refused = self.tessera("render", "scene.json", option, "-3", code=USAGE)
-            self.assertIn("-3 is negative", refused.stderr)
+            self.assertIn("-3 isn't a whole number", refused.stderr)
         self.assertIn("no command 'paint'", self.tessera("paint", code=USAGE).stderr)
         self.assertRegex(self.tessera("--version").stdout, r"^\d+\.\d+\.\d+\n$")
 

@@ -93,6 +93,14 @@ PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings
   return report;
 }
 
+std::uint64_t image_bytes(const Settings& settings) {
+  constexpr std::uint64_t kTileBytes = 100;  // In the film and, as long as it is rendered, in the plan.
+  const auto across = [&](std::uint64_t pixels) { return (pixels + settings.tile_size - 1) / settings.tile_size; };
+  const std::uint64_t tiles =
+      settings.tile_size == kAdaptiveTiles ? 0 : across(settings.width) * across(settings.height);
+  return Film::memory_bytes(settings.width, settings.height, settings.aovs) + tiles * kTileBytes;
+}
+
 proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) {
   const std::chrono::duration<double> elapsed = job.times.ended.value_or(now) - job.times.queued;
   proto::JobStatus status;

@@ -98,6 +98,10 @@ struct JobView {
   std::shared_ptr<const Progress> progress;
 };
 
+/// What a job's image takes, with what is kept of its tiles where their size is given: others are fewer than pixels by
+/// far.
+std::uint64_t image_bytes(const Settings& settings);
+
 /// What `GET /v1/jobs/{id}` says of it at `now`.
 proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now);
 

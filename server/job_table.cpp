@@ -83,14 +83,14 @@ std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
 }
 
 std::optional<Problem> JobTable::refusal(const Settings& settings) const {
-  std::uint64_t film = Film::memory_bytes(settings.width, settings.height, settings.aovs);
+  std::uint64_t film = image_bytes(settings);
   const std::lock_guard lock(mutex_);
   if (unfinished_ > 0) film = std::min(film, unfinished_bytes_ / unfinished_);
   return refusal_of(std::min(film, limits_.film_bytes));
 }
 
 proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
-  const std::uint64_t film = Film::memory_bytes(order.settings.width, order.settings.height, order.settings.aovs);
+  const std::uint64_t film = image_bytes(order.settings);
   Films dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   if (auto problem = refusal_of(film)) return *std::move(problem);

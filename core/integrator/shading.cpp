@@ -14,7 +14,7 @@ Vec3 turned_towards(Vec3 viewer, Vec3 smooth, Vec3 flat) {
   if (along > 0) return smooth;
   const auto turned = UnitVec3::normalize(smooth - viewer * along);
   if (!turned) return flat;
-  return UnitVec3::normalize(*turned + viewer * kAllBut).value_or(*turned);
+  return UnitVec3::normalize(Vec3(*turned) + viewer * kAllBut).value_or(*turned);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include <png.h>
 
@@ -86,7 +87,8 @@ std::optional<std::vector<std::byte>> write_png(const Raster& raster, const std:
     case Outcome::failed:
       break;
   }
-  if (writer.file.out_of_memory()) throw std::bad_alloc();
+  const bool lacks_memory = std::string_view(writer.error).find("memory") != std::string_view::npos;
+  if (writer.file.out_of_memory() || lacks_memory) throw std::bad_alloc();
   throw std::runtime_error(std::string("libpng: ") + writer.error);
 }
 

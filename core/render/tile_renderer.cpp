@@ -11,6 +11,7 @@ namespace {
 /// Samples that are traced together: enough for structures to gain from rays that go together, few enough for all that
 /// is known of them to stay in the caches.
 constexpr std::size_t kChunk = 1024;
+constexpr std::size_t kCountedChunk = 32;
 
 /// A chunk whose batches of rays take longer is followed by a smaller one, as others wait for their turn; a chunk whose
 /// batches take less than half of it, by a larger one.
@@ -79,8 +80,9 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   return false;
 }
 
-/// What structures count may depend on which rays go together.
-std::size_t TileRenderer::samples_at_once() const { return log_.counts ? kChunk : context_.chunk->load(); }
+/// What structures count may depend on which rays go together: so it is always the same number of them, and few, as
+/// those that are counted may cost much.
+std::size_t TileRenderer::samples_at_once() const { return log_.counts ? kCountedChunk : context_.chunk->load(); }
 
 void TileRenderer::fit_chunks() {
   const std::size_t size = samples_.size();

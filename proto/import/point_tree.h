@@ -33,12 +33,13 @@ class PointTree {
   void erase(std::uint32_t point);
 
   /// Whether `matches(i)` holds for a point i of the set in the triangle, its sides included. `turn` with the
-  /// triangle's sides must be at least 0 for every point that could match.
+  /// triangle's sides must be at least 0 for every point that could match; points at its first and third corner never
+  /// do, nor with `passes_tip` those at its second.
   template <typename Matches>
-  bool any_in(const std::array<Point, 3>& triangle, const Matches& matches) const {
+  bool any_in(const std::array<Point, 3>& triangle, bool passes_tip, const Matches& matches) const {
     Box box;
     for (const Point corner : triangle) box.add({corner, corner});
-    return any_in(0, triangle, box, matches);
+    return any_in(0, triangle, passes_tip, box, matches);
   }
 
  private:
@@ -70,15 +71,17 @@ class PointTree {
   }
 
   template <typename Matches>
-  bool any_in(std::size_t node, const std::array<Point, 3>& triangle, const Box& around, const Matches& matches) const {
+  bool any_in(std::size_t node, const std::array<Point, 3>& triangle, bool passes_tip, const Box& around,
+              const Matches& matches) const {
     steps_.take();
     const auto& [a, b, c] = triangle;
     const Box& box = boxes_[node];
     if (!box.meets(around) || is_beyond(box, a, b) || is_beyond(box, b, c) || is_beyond(box, c, a)) return false;
-    // Where very many points are at one corner of the triangle: there they aren't in its way.
-    if (box.lo == box.hi && (box.lo == a || box.lo == c)) return false;
+    // Very many points may be at one corner of the triangle.
+    if (box.lo == box.hi && (box.lo == a || box.lo == c || (passes_tip && box.lo == b))) return false;
     if (!is_leaf(node))
-      return any_in(2 * node + 1, triangle, around, matches) || any_in(2 * node + 2, triangle, around, matches);
+      return any_in(2 * node + 1, triangle, passes_tip, around, matches) ||
+             any_in(2 * node + 2, triangle, passes_tip, around, matches);
     for (const std::uint32_t point : points_in(node)) {
       if (is_in_set_[point] && matches(point)) return true;
     }

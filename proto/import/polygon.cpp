@@ -127,9 +127,16 @@ class Ring {
     if (points_[corner.before] == points_[corner.after]) return true;  // Out and back: nothing lies between.
     if (demand == Demand::tolerant ? !(turn_at(tip) >= 0) : !corner.convex) return false;
     if (demand == Demand::convex) return true;
-    return !in_the_way_.any_in({points_[corner.before], points_[tip], points_[corner.after]}, [&](std::uint32_t i) {
-      return i != corner.before && i != tip && i != corner.after && is_in_the_way(i, tip, demand);
-    });
+    // Where more corners than that are at the tip's place, the ear is left to the next demand, which none is against.
+    constexpr int kMostAtTip = 64;
+    int at_tip = 0;
+    const auto is_against = [&](std::uint32_t i) {
+      if (i == corner.before || i == tip || i == corner.after) return false;
+      if (points_[i] == points_[tip] && ++at_tip > kMostAtTip) return true;
+      return is_in_the_way(i, tip, demand);
+    };
+    return !in_the_way_.any_in({points_[corner.before], points_[tip], points_[corner.after]},
+                               demand == Demand::tolerant, is_against);
   }
 
   bool is_in_the_way(std::uint32_t i, std::uint32_t tip, Demand demand) const {

@@ -23,6 +23,9 @@ using proto::ProblemCode;
 
 namespace {
 
+/// Of an image that isn't complete, to be asked for one by one in the quick lane.
+constexpr std::size_t kQuickTiles = 10'000;
+
 /// Whether an If-None-Match header covers the tag (RFC 9110, 13.1.2: weak comparison).
 bool covers(std::string_view if_none_match, std::string_view etag) {
   while (!if_none_match.empty()) {
@@ -87,7 +90,10 @@ Response fetch_image(Services& services, Request& request) {
 
   Picture picture{*std::move(film), std::nullopt, *choice};
   const bool complete = job->image == ImageState::complete;
-  if (!complete) picture.stored = picture.film->stored();
+  if (!complete) {
+    if (FileBudget::is_limited() && picture.film->tile_count() > kQuickTiles) throw TooHeavy{};
+    picture.stored = picture.film->stored();
+  }
   const std::string key = key_of(job->id, picture);
   const std::string etag = '"' + proto::content_hash(key + " tessera " TESSERA_VERSION) + '"';
   Response response;

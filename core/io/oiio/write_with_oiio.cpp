@@ -1,5 +1,6 @@
 #include "core/io/oiio/write_with_oiio.h"
 
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -13,7 +14,14 @@ namespace {
 /// Looked for in lib/tessera beside the program's folder, as its run path says.
 constexpr const char* kModule = "tessera_oiio.so";
 
-[[noreturn]] void fail() { throw std::runtime_error(std::string("OpenImageIO isn't there: ") + dlerror()); }
+[[noreturn]] void fail() {
+  const std::string why = dlerror();
+  // The loader has no other way to say so.
+  for (const char* words :
+       {"Cannot allocate memory", "cannot allocate", "failed to map", "cannot create shared object"})
+    if (why.find(words) != std::string::npos) throw std::bad_alloc();
+  throw std::runtime_error("OpenImageIO isn't there: " + why);
+}
 
 decltype(&tessera_oiio_write) load() {
   void* module = dlopen(kModule, RTLD_NOW | RTLD_LOCAL);

@@ -214,13 +214,16 @@ TEST(Polygon, LargeOnesTakeStepsNearTheirNumberOfCorners) {
   EXPECT_LE(steps.taken(), 600U * 1'000'000);
 }
 
-TEST(Polygon, LargeOnesThatTouchThemselvesInOnePointTakeFewStepsToo) {
-  const std::vector<Vec3> positions = flower(30'000);
-  std::vector<TriangleIndices> triangles;
-  Steps steps;
-  ASSERT_TRUE(triangulate(positions, all_corners(positions.size()), triangles, steps));
-  EXPECT_EQ(triangles.size(), positions.size() - 2);
-  EXPECT_LE(steps.taken(), 600 * positions.size());
+TEST(Polygon, LargeOnesThatComeToTheSamePointsAgainTakeFewStepsToo) {
+  std::vector<Vec3> rounds;
+  for (int i = 0; i < 10'000; ++i) rounds.insert(rounds.end(), {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  for (const std::vector<Vec3>& positions : {flower(30'000), rounds}) {
+    std::vector<TriangleIndices> triangles;
+    Steps steps;
+    ASSERT_TRUE(triangulate(positions, all_corners(positions.size()), triangles, steps));
+    EXPECT_EQ(triangles.size(), positions.size() - 2);
+    EXPECT_LE(steps.taken(), 600 * positions.size());
+  }
 }
 
 TEST(Polygon, LargeOnesThatCrossThemselvesTakeFewStepsToo) {

@@ -666,12 +666,15 @@ class Refusals(ClientTest):
         self.write("by_path.json", {"objects": [{"type": "file", "path": "gone.ply"}]})
         for arguments in (
             ["fetch", job, "-o", "a.png", "--aov", "depth"], ["fetch", job, "-o", "a.png", "--aov", "none"],
-            ["fetch", job, "-o", "a.png", "--aov", "all"], ["fetch", job, "-o", "a", "--format", "bmp"],
+            ["fetch", job, "-o", "a.png", "--aov", "all"],
             ["plan", "none"], ["stats", "none"], ["cancel", job], ["watch", "none"], ["delete", "none"],
             ["submit", "by_hash.json"], ["submit", "by_blob.json"], ["submit", "by_path.json"],
         ):
             told = self.tessera(*arguments, code=REFUSED).stderr
             self.assertNotRegex(told, r"/v1/|\?[a-z]+=|\b(GET|PUT|POST|DELETE|HTTP)\b|image/|/settings/aovs|by blob", arguments)
+        before = self.tessera("list").stdout  # A wrong format is noticed before anything is rendered.
+        self.tessera("render", "by_hash.json", "-o", "a", "--format", "bmp", code=USAGE)
+        self.assertEqual(self.tessera("list").stdout, before)
 
 
 class Progress(ClientTest):

@@ -17,7 +17,7 @@ namespace tessera::server {
 namespace {
 
 /// How long a tile is rendered before others have their turn.
-constexpr std::chrono::milliseconds kTurn{10};
+constexpr std::chrono::milliseconds kTurn{30};
 
 /// Short enough for a string that takes no memory.
 constexpr const char* kOutOfMemory = "out of memory";

@@ -28,7 +28,7 @@ struct RenderContext {
   Plan plan;
   CameraRays rays;
   std::shared_ptr<ObjectMarks> tested = nullptr;  ///< Told which objects are tested; null when nobody asks.
-  std::shared_ptr<ChunkSize> chunk = std::make_shared<ChunkSize>(16);
+  std::shared_ptr<ChunkSize> chunk = std::make_shared<ChunkSize>(64);
 };
 
 struct TileResult {

@@ -53,6 +53,8 @@ class MemoryTest(unittest.TestCase):
             daemon.wait_ended(daemon.submit(SMALL_JOB))
             with open(f"/proc/{daemon.process.pid}/status", encoding="ascii") as status:
                 (size,) = (int(line.split()[1]) << 10 for line in status if line.startswith("VmPeak:"))
+        if size > 1 << 40:
+            self.skipTest("a sanitizer takes terabytes of addresses")
         with open(self.script, "w", encoding="ascii") as script:
             script.write(f'#!/bin/sh\nexec prlimit --as={size + room} "$TESSERAD" "$@"\n')
         os.chmod(self.script, 0o755)

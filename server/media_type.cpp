@@ -1,22 +1,12 @@
 #include "server/media_type.h"
 
-#include <algorithm>
-#include <cctype>
 #include <charconv>
-#include <string>
+#include <system_error>
+
+#include "server/http_syntax.h"
 
 namespace tessera::server {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
-bool same_ignoring_case(std::string_view a, std::string_view b) {
-  return std::ranges::equal(a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
-}
 
 /// Takes the part up to the separator off the front of `text`.
 std::string_view take_part(std::string_view& text, char separator) {
@@ -28,11 +18,11 @@ std::string_view take_part(std::string_view& text, char separator) {
 
 /// How closely a media range covers a type: 3 exactly, 2 as "image/*", 1 as "*/*", 0 not.
 int specificity(std::string_view range, std::string_view media_type) {
-  if (same_ignoring_case(range, media_type)) return 3;
+  if (equal_but_for_case(range, media_type)) return 3;
   if (range == "*/*") return 1;
   const std::string_view family = media_type.substr(0, media_type.find('/') + 1);
   return range.size() == family.size() + 1 && range.ends_with("/*") &&
-                 same_ignoring_case(range.substr(0, family.size()), family)
+                 equal_but_for_case(range.substr(0, family.size()), family)
              ? 2
              : 0;
 }
@@ -40,7 +30,7 @@ int specificity(std::string_view range, std::string_view media_type) {
 double quality(std::string_view parameters) {
   while (!parameters.empty()) {
     const std::string_view parameter = take_part(parameters, ';');
-    if (!same_ignoring_case(parameter.substr(0, 2), "q=")) continue;
+    if (!equal_but_for_case(parameter.substr(0, 2), "q=")) continue;
     const std::string_view number = parameter.substr(2);
     double q = 0;
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), q);
@@ -53,7 +43,7 @@ double quality(std::string_view parameters) {
 }  // namespace
 
 bool is_media_type(std::string_view content_type, std::string_view media_type) {
-  return same_ignoring_case(take_part(content_type, ';'), media_type);
+  return equal_but_for_case(take_part(content_type, ';'), media_type);
 }
 
 double acceptance(std::string_view accept, std::string_view media_type) {

@@ -32,7 +32,7 @@ LIBRARIES = {
     "proto": ["nlohmann/"],
     "server": ["nlohmann/", "spdlog/", "CLI/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
-    "tests": ["gtest/", "boost/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
+    "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
     "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h"],
 }
 

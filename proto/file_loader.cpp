@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/names.h"
-
 namespace tessera::proto {
 namespace {
 

@@ -18,10 +18,4 @@ std::span<const Choice<Aov>> aov_names() {
   return table;
 }
 
-std::span<const Choice<FileFormat>> file_format_names() {
-  static constexpr Choice<FileFormat> table[] = {
-      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}};
-  return table;
-}
-
 }  // namespace tessera::proto

@@ -10,8 +10,8 @@
 
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
-#include "proto/abandoned.h"
 #include "proto/file_source.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/result.h"
 
 namespace tessera::proto {

@@ -8,7 +8,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/media_type.h"

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "proto/import/import.h"
 #include "proto/names.h"
 #include "server/accel_json.h"
 #include "server/config.h"

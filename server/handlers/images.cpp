@@ -9,7 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/io/image_io.h"
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/image_cache.h"

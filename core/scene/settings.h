@@ -11,9 +11,20 @@ namespace tessera {
 /// knows the parts of large meshes.
 enum class ScreenBounds { off, flat, hierarchical };
 
-/// What a film records beside colour: the first four from the first sample of each pixel, the costs as the mean over
-/// the samples of all tests made for the pixel, whatever the kind of ray. Costs depend on the structure.
-enum class Aov { depth, normal, primitive_id, object_id, cost_volumes, cost_primitives };
+/// What a film records beside colour; what each is, and how its values come about, says core/film/aov_table.h.
+enum class Aov {
+  depth,
+  normal,
+  primitive_id,
+  object_id,
+  cost_volumes,
+  cost_primitives,
+  albedo,
+  position,
+  alpha,
+  sample_count,
+  variance
+};
 
 /// Side of the square tiles in pixels; 0 lets the plan size tiles by what projects into them.
 inline constexpr std::uint32_t kAdaptiveTiles = 0;

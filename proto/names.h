@@ -11,5 +11,8 @@ namespace tessera::proto {
 // options stand in core/accel/accel_table.h.
 std::span<const Choice<ScreenBounds>> screen_bounds_names();
 std::span<const Choice<Aov>> aov_names();
+std::span<const Choice<IntegratorKind>> integrator_names();
+std::span<const Choice<SamplerKind>> sampler_names();
+std::span<const Choice<FilterKind>> filter_names();
 
 }  // namespace tessera::proto

@@ -39,9 +39,8 @@ std::span<const Choice<SamplerKind>> sampler_names() {
 }
 
 std::span<const Choice<FilterKind>> filter_names() {
-  static constexpr Choice<FilterKind> table[] = {{"box", FilterKind::box},
-                                                 {"gaussian", FilterKind::gaussian},
-                                                 {"blackman_harris", FilterKind::blackman_harris}};
+  static constexpr Choice<FilterKind> table[] = {
+      {"box", FilterKind::box}, {"gaussian", FilterKind::gaussian}, {"blackman_harris", FilterKind::blackman_harris}};
   return table;
 }
 

@@ -77,13 +77,14 @@ bool read_rotation(JsonCursor value, std::array<float, 9>& rotation) {
   for (std::size_t i = 0; i < 3; ++i) {
     is_rotation &= rows[i * 4 + 3] == 0;
     for (std::size_t j = 0; j < 3; ++j) {
-      const double product = rows[i * 4] * rows[j * 4] + rows[i * 4 + 1] * rows[j * 4 + 1] +
-                             rows[i * 4 + 2] * rows[j * 4 + 2];
+      const double product =
+          rows[i * 4] * rows[j * 4] + rows[i * 4 + 1] * rows[j * 4 + 1] + rows[i * 4 + 2] * rows[j * 4 + 2];
       is_rotation &= std::abs(product - (i == j ? 1 : 0)) <= kRounding;
       rotation[i * 3 + j] = static_cast<float>(rows[i * 4 + j]);
     }
   }
-  return is_rotation || value.error("An environment is infinitely far away, so it can only be turned: give a rotation.");
+  return is_rotation ||
+         value.error("An environment is infinitely far away, so it can only be turned: give a rotation.");
 }
 
 Light read_environment(JsonFields& fields, FileLoader& files) {

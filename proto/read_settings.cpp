@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "core/plan/features.h"
 #include "proto/names.h"
 #include "proto/read_accel.h"
 #include "proto/read_values.h"
@@ -47,9 +48,10 @@ void read_filter(JsonCursor value, Settings& settings) {
 
 void read_until(JsonCursor value, JobRequest& job) {
   JsonFields fields(value, "\"until\"");
-  const auto samples = fields.optional("samples"), error = fields.optional("error"), seconds = fields.optional("seconds");
+  const auto samples = fields.optional("samples"), error = fields.optional("error"),
+             seconds = fields.optional("seconds");
   read(samples, job.settings.samples, 1, kLargest32);
-  job.names_samples = samples.has_value();
+  job.samples_to_the_limit = !samples;
   float greatest_error = 0, most_seconds = 0;
   if (error && read(error, greatest_error, kPositive)) job.settings.error = greatest_error;
   if (seconds && read(seconds, most_seconds, kPositive)) job.settings.seconds = most_seconds;
@@ -66,17 +68,15 @@ void read_end(JsonFields& fields, JobRequest& job) {
   read(samples, job.settings.samples, 1, kLargest32);
 }
 
-void read_transport(JsonFields& fields, JobRequest& job) {
-  Settings& settings = job.settings;
+void read_transport(JsonFields& fields, Settings& settings) {
   read(fields.optional("integrator"), settings.integrator, integrator_names());
-  const auto max_depth = fields.optional("max_depth");
-  job.has_depth = max_depth.has_value();
-  read(max_depth, settings.max_depth, 1, kLargestDepth);
+  if (const auto depth = fields.optional("max_depth")) read(depth, settings.max_depth.emplace(), 1, kLargestDepth);
   const auto clamp = fields.optional("clamp");
   read(clamp, settings.clamp, kPositive);
   if (clamp && settings.error)
-    clamp->error("No error can be claimed for an image from which light was cut off; leave \"clamp\" or the error out.");
-  read(fields.optional("ambient_occlusion_distance"), settings.ao_distance, kPositive);
+    clamp->error(
+        "No error can be claimed for an image from which light was cut off; leave \"clamp\" or the error out.");
+  read(fields.optional("ambient_occlusion_distance"), settings.ambient_occlusion_reach, kPositive);
 }
 
 void read_sampling(JsonFields& fields, Settings& settings) {
@@ -95,7 +95,7 @@ void read_settings(JsonCursor value, JobRequest& job) {
   Settings& settings = job.settings;
   JsonFields fields(value, "settings");
   read_end(fields, job);
-  read_transport(fields, job);
+  read_transport(fields, settings);
   read_sampling(fields, settings);
   read(fields.optional("adaptive"), settings.adaptive);
   read(fields.optional("transparent"), settings.transparent);
@@ -105,6 +105,25 @@ void read_settings(JsonCursor value, JobRequest& job) {
   if (const auto aovs = fields.optional("aovs")) read_aovs(*aovs, settings);
   read(fields.optional("count_tests"), settings.count_tests);
   fields.refuse_unknown();
+  if (settings.transparent) settings.aovs.insert(Aov::alpha);
+}
+
+void refuse_unread(IntegratorKind integrator, const Settings& settings, FieldErrors& errors) {
+  using enum IntegratorKind;
+  const std::string name = in_quotes(name_of(integrator_names(), integrator));
+  const auto refuse = [&](const char* setting, const std::string& why) {
+    errors.add("/settings/" + std::string(setting), why + " The job's integrator is " + name + ".");
+  };
+  if (settings.sampler == SamplerKind::grid && integrator != whitted)
+    refuse("sampler", "The sampler \"grid\" is for \"whitted\" alone; take \"sobol\" or \"independent\".");
+  if (settings.clamp < kInfinity && (integrator == whitted || integrator == ambient_occlusion))
+    refuse("clamp", "Only \"path\" and \"direct\" have samples so bright that they are cut off; leave this out.");
+  if (settings.ambient_occlusion_reach < kInfinity && integrator != ambient_occlusion)
+    refuse("ambient_occlusion_distance", "This is for \"ambient_occlusion\" alone; leave it out.");
+  if (settings.max_depth && integrator == ambient_occlusion)
+    refuse("max_depth", "There is no light to follow; leave this out.");
+  if (settings.max_depth.value_or(0) > kDirectDepth && integrator == direct)
+    refuse("max_depth", "Direct light has " + std::to_string(kDirectDepth) + " rays in a chain at most.");
 }
 
 }  // namespace tessera::proto

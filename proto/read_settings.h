@@ -5,8 +5,11 @@
 
 namespace tessera::proto {
 
-/// A job's settings, by the rules of the readers in json_cursor.h. A setting that another one makes useless is an
-/// error; what only the scene can tell is left to `check_integrator`.
+/// A job's settings, by the rules of the readers in json_cursor.h. What an integrator doesn't read is left to
+/// `refuse_unread`. A transparent image records its alpha.
 void read_settings(JsonCursor value, JobRequest& job);
+
+/// Says what of the settings `integrator` wouldn't read. Precondition: it isn't `automatic`.
+void refuse_unread(IntegratorKind integrator, const Settings& settings, FieldErrors& errors);
 
 }  // namespace tessera::proto

@@ -89,7 +89,7 @@ class CanonicalDump {
 
   void identity(const FileIdentity& file) {
     string(file.content);
-    string(name_of(file_format_names(), file.format));
+    if (file.format) string(name_of(file_format_names(), *file.format));
     for (const auto& [name, content] : file.companions) {
       string(name);
       string(content);

@@ -42,7 +42,7 @@ class Whitted {
 
   /// Begins with a batch of camera rays, given what each hits; `t` is infinite where that is nothing. `out` is for the
   /// radiance that arrives along each (W/(sr m²)). Spans are of one length, and stay valid until all is traced.
-  void begin(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out);
+  void begin(RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out);
 
   /// Goes on by one kind of ray of one batch: as many rays as `begin` was given, at most. False when nothing is left to
   /// be done; then `out` is complete.
@@ -80,7 +80,7 @@ class Whitted {
     std::size_t next_spawned;
   };
 
-  void enter(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
+  void enter(RaySpan rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
   void leave();
   void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const;
   static void spawn(const WhittedSurface& material, const Shading& at, const LitPoint& point, const Chain& chain,

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <gtest/gtest.h>
 
 #include "core/math/vec.h"
 #include "core/math/vec2.h"
+#include "tests/support/direction_test.h"
 #include "tests/support/random.h"
+#include "tests/support/statistics.h"
 
 namespace tessera {
 namespace {
@@ -119,6 +122,28 @@ TEST(Warp, TriangleIsCovered) {
     EXPECT_GE(b.y, 0);
     EXPECT_LE(double{b.x} + b.y, 1);
   });
+}
+
+TEST(Warp, DirectionsHaveTheirDensity) {
+  const int count = 1'000'000;
+  Random random(11);
+  const auto u = [&] {
+    return Vec2{static_cast<float>(random.uniform(0, 1)), static_cast<float>(random.uniform(0, 1))};
+  };
+  const auto expect_fit = [&](auto warp, auto density) {
+    const DirectionTest test = test_directions([&](int) { return std::optional(warp(u())); }, density, count);
+    EXPECT_NEAR(test.integral, 1, 1e-4);
+    EXPECT_GT(test.fit.p, sidak(0.01, 4));
+  };
+  expect_fit(cosine_hemisphere, [](Vec3 d) { return cosine_hemisphere_pdf(d.z); });
+  expect_fit(uniform_sphere, [](Vec3) { return kUniformSpherePdf; });
+  expect_fit([](Vec2 v) { return uniform_cone(v, 0.25F); },
+             [](Vec3 d) { return d.z >= 0.75F ? uniform_cone_pdf(0.25F) : 0; });
+  // What is drawn otherwise than claimed is seen.
+  EXPECT_LT(test_directions([&](int) { return std::optional(cosine_hemisphere(u())); },
+                            [](Vec3 d) { return d.z > 0 ? 2 * kUniformSpherePdf : 0; }, count)
+                .fit.p,
+            1e-6);
 }
 
 TEST(Warp, BasesAreOrthonormalAndRightHanded) {

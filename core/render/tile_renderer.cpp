@@ -51,7 +51,7 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index)
       result_{Pixels(tile_.rect, context.settings.aovs), {}, {}},
       log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {
   if (tile_.first_level == FirstLevel::nothing) return;
-  whitted_.emplace(*context.scene, *context.accel, context.settings.max_depth, result_.rays, log_);
+  whitted_.emplace(*context.scene, context.plan.features, *context.accel, context.plan.max_depth, result_.rays, log_);
   if (tile_.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile_);
 }
 

@@ -4,6 +4,8 @@
 #include <utility>
 #include <variant>
 
+#include "core/math/float_environment.h"
+
 namespace tessera::proto {
 namespace {
 
@@ -19,6 +21,9 @@ std::uint64_t shape_bytes(const Shape& shape) {
 Rgb brightness(const PointLight& light) { return light.intensity; }
 Rgb brightness(const DirectionalLight& light) { return light.irradiance; }
 Rgb brightness(const AmbientLight& light) { return light.radiance; }
+Rgb brightness(const SpotLight& light) { return light.intensity; }
+Rgb brightness(const SunLight& light) { return light.irradiance; }
+Rgb brightness(const EnvironmentLight& light) { return light.radiance; }
 
 void drop_unplaced_shapes(Scene& scene) {
   std::vector<std::uint32_t> moved_to(scene.shapes.size(), kUnused);
@@ -26,10 +31,14 @@ void drop_unplaced_shapes(Scene& scene) {
   std::uint32_t kept = 0;
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (moved_to[i] == kUnused) continue;
-    if (kept != i) scene.shapes[kept] = std::move(scene.shapes[i]);
+    if (kept != i) {
+      scene.shapes[kept] = std::move(scene.shapes[i]);
+      scene.shape_bounds[kept] = scene.shape_bounds[i];
+    }
     moved_to[i] = kept++;
   }
   scene.shapes.resize(kept);
+  scene.shape_bounds.resize(kept);
   for (Object& object : scene.objects) object.shape = moved_to[object.shape];
 }
 
@@ -48,7 +57,8 @@ std::uint32_t SceneBuilder::default_material() {
 std::optional<std::uint32_t> SceneBuilder::add_shape(Shape shape, const JsonCursor& where) {
   if (!take(shape_bytes(shape), where)) return std::nullopt;
   if (primitive_count(shape) == 0) warn(where, "The mesh has no triangles, so nothing of it is seen.");
-  shape_bounds_.push_back(bounds(shape));
+  const StrictFloats strict;  // images depend on the bounds
+  scene_.shape_bounds.push_back(bounds(shape));
   scene_.shapes.push_back(std::move(shape));
   return static_cast<std::uint32_t>(scene_.shapes.size() - 1);
 }
@@ -78,7 +88,8 @@ bool SceneBuilder::is_dark() const {
   };
   const auto shows_more = [&](const Object& object) {
     const Material& material = scene_.materials[object.material];
-    return !material.reflect.is_black() || !material.transmit.is_black();
+    const auto surface = whitted_surface(material.surface);
+    return !material.emission.is_black() || !surface || !surface->reflect.is_black() || !surface->transmit.is_black();
   };
   return !scene_.objects.empty() && std::ranges::all_of(scene_.lights, is_black) &&
          (scene_.background.is_black() || std::ranges::none_of(scene_.objects, shows_more));
@@ -118,7 +129,7 @@ bool SceneBuilder::take(std::uint64_t bytes, const JsonCursor& where) {
 }
 
 bool SceneBuilder::stays_within_coordinates(const Object& object) const {
-  const Aabb& local = shape_bounds_[object.shape];
+  const Aabb& local = scene_.shape_bounds[object.shape];
   if (!object.placement || local.empty()) return true;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3d p =

@@ -2,7 +2,7 @@
 
 namespace tessera {
 
-/// Two components; a point of the unit square, of a disk, of an image, as its name says.
+/// Two components: a position on a film, a lens or a surface, or two numbers of a sample.
 struct Vec2 {
   float x{}, y{};
 

@@ -49,9 +49,10 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index)
       order_(tile_.rect, context.settings.samples),
       offsets_(context.settings.seed, context.settings.samples, context.settings.jitter),
       result_{Pixels(tile_.rect, context.settings.aovs), {}, {}},
-      log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {
+      log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
+      camera_(context.rays) {
   if (tile_.first_level == FirstLevel::nothing) return;
-  whitted_.emplace(*context.scene, *context.accel, context.settings.max_depth, result_.rays, log_);
+  whitted_.emplace(*context.scene, context.plan.features, *context.accel, context.plan.max_depth, result_.rays, log_);
   if (tile_.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile_);
 }
 
@@ -104,8 +105,8 @@ void TileRenderer::begin_chunk() {
   if (samples_.front().index == 0) before_pixel_ = result_.tests;
   trace_first_level();
   record_aovs();
-  radiance_.resize(rays_.size());
-  whitted_->begin(rays_, hits_, radiance_);
+  radiance_.resize(camera_.size());
+  whitted_->begin(camera_.rays(), hits_, radiance_);
 }
 
 void TileRenderer::end_chunk() {
@@ -120,36 +121,32 @@ void TileRenderer::end_chunk() {
 }
 
 void TileRenderer::trace_first_level() {
-  rays_.clear();
-  directions_.clear();
+  camera_.clear();
   for (const Sample& s : samples_) {
     const PixelOffset offset = offsets_.of(static_cast<std::uint32_t>(s.x), static_cast<std::uint32_t>(s.y), s.index);
-    rays_.push_back(context_.rays.ray(s.x + offset.x, s.y + offset.y));
-    directions_.push_back(rays_.back().direction);
+    camera_.add(s.x + offset.x, s.y + offset.y);
   }
-  hits_.resize(rays_.size());
-  if (context_.rays.is_perspective())
-    context_.accel->closest_fan({context_.rays.eye(), directions_}, hits_, log_, candidates_);
-  else
-    context_.accel->closest(rays_, hits_, log_, candidates_);
-  result_.rays.camera += rays_.size();
+  hits_.resize(camera_.size());
+  camera_.closest(*context_.accel, hits_, log_, candidates_);
+  result_.rays.camera += camera_.size();
   result_.rays.camera_hits +=
       static_cast<std::uint64_t>(std::ranges::count_if(hits_, [](const Hit& hit) { return hit.t < kInfinity; }));
 }
 
 void TileRenderer::record_aovs() {
   Pixels& out = result_.pixels;
-  if (out.depth.empty() && out.primitive_id.empty() && out.object_id.empty() && out.normal.empty()) return;
+  if (out.aovs().empty()) return;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const Hit& hit = hits_[i];
     if (samples_[i].index != 0 || hit.t == kInfinity) continue;
     const std::size_t at = pixel(samples_[i]);
-    if (!out.depth.empty()) out.depth[at] = hit.t;  // a camera ray's t is depth
-    if (!out.primitive_id.empty()) out.primitive_id[at] = hit.primitive;
-    if (!out.object_id.empty()) out.object_id[at] = hit.object;
-    if (!out.normal.empty())
-      out.normal[at] =
-          to_float(world_surface(*context_.scene, hit.object, hit.primitive, rays_[i], hit.t).shading_normal);
+    out.record(Aov::depth, at, hit.t);  // a camera ray's t is depth
+    out.record(Aov::primitive_id, at, hit.primitive);
+    out.record(Aov::object_id, at, hit.object);
+    if (out.has(Aov::normal))
+      out.record(
+          Aov::normal, at,
+          to_float(world_surface(*context_.scene, hit.object, hit.primitive, camera_.rays()[i], hit.t).shading_normal));
   }
 }
 
@@ -159,9 +156,8 @@ void TileRenderer::record_costs(std::size_t at) {
     return static_cast<float>(static_cast<double>(result_.tests.*count - before_pixel_.*count) /
                               context_.settings.samples);
   };
-  Pixels& out = result_.pixels;
-  if (!out.cost_volumes.empty()) out.cost_volumes[at] = per_sample(&TestCounts::volume_tests);
-  if (!out.cost_primitives.empty()) out.cost_primitives[at] = per_sample(&TestCounts::object_tests);
+  result_.pixels.record(Aov::cost_volumes, at, per_sample(&TestCounts::volume_tests));
+  result_.pixels.record(Aov::cost_primitives, at, per_sample(&TestCounts::object_tests));
 }
 
 }  // namespace tessera

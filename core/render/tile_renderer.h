@@ -12,6 +12,7 @@
 #include "core/render/render.h"
 #include "core/render/sample_order.h"
 #include "core/sampling/pixel_samples.h"
+#include "core/screen/camera_batch.h"
 
 namespace tessera {
 
@@ -59,8 +60,7 @@ class TileRenderer {
   // Of the chunk at hand; empty between two.
   Clock::duration longest_batch_{};
   std::vector<Sample> samples_;
-  std::vector<Ray> rays_;
-  Directions directions_;
+  CameraBatch camera_;
   std::vector<Hit> hits_;
   std::vector<Rgb> radiance_;
 };

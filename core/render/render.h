@@ -9,6 +9,7 @@
 #include "core/accel/accel.h"
 #include "core/film/film.h"
 #include "core/integrator/ray_counts.h"
+#include "core/light/light_table.h"
 #include "core/plan/plan.h"
 #include "core/sampling/pixel_filter.h"
 #include "core/sampling/sampler.h"
@@ -34,6 +35,7 @@ struct RenderContext {
   CameraRays rays;
   Sampler sampler;
   PixelFilter filter;
+  std::shared_ptr<const LightTable> lights;       ///< Null where the integrator asks for none.
   std::shared_ptr<ObjectMarks> tested = nullptr;  ///< Told which objects are tested; null when nobody asks.
   std::shared_ptr<ChunkSize> chunk = std::make_shared<ChunkSize>(64);
 };

@@ -3,9 +3,13 @@
 #include <algorithm>
 
 #include "core/integrator/ambient_occlusion.h"
+#include "core/integrator/path.h"
+#include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
 #include "core/integrator/whitted.h"
+#include "core/material/bsdf.h"
 #include "core/math/float_environment.h"
+#include "core/sampling/warp.h"
 
 namespace tessera {
 namespace {
@@ -52,7 +56,9 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
                                                 context.settings.ambient_occlusion_reach, counts, log);
     case IntegratorKind::direct:
     case IntegratorKind::path:
-      break;
+      return std::make_unique<PathTracer>(scene, plan.features, context.accel.get(), *context.lights, context.sampler,
+                                          PathTracer::Options{plan.max_depth, context.settings.transparent}, counts,
+                                          log);
   }
   return nullptr;
 }
@@ -60,7 +66,9 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
 /// What a ray brings that hits nothing, wherever it goes; nothing where that depends on its direction.
 std::optional<Rgb> even_background(const RenderContext& context) {
   if (context.settings.transparent) return Rgb();
-  return context.scene->background;
+  if (!context.lights) return context.scene->background;
+  if (!context.plan.features.even_sky) return std::nullopt;
+  return context.lights->escaped(UnitVec3::z());
 }
 
 Rgb clamped(Rgb c, float most) { return {std::min(c.r, most), std::min(c.g, most), std::min(c.b, most)}; }

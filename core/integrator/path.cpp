@@ -64,9 +64,9 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       log_(log),
       shadows_(scene, features.alpha) {}
 
-void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) {
+void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) {
   out_ = out;
-  std::ranges::fill(out, Rgb());
+  std::ranges::fill(out.radiance, Rgb());
   paths_.clear();
   rays_.clear();
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
@@ -91,7 +91,7 @@ bool PathTracer::go_on() {
     return true;
   }
   if (!shadows_.empty()) {
-    shadows_.trace(*accel_, out_, counts_, log_);
+    shadows_.trace(*accel_, out_.radiance, counts_, log_);
     return true;
   }
   return !paths_.empty();
@@ -132,7 +132,10 @@ bool PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
 }
 
 void PathTracer::add_escaped(const Path& path, Vec3 direction) {
-  if (path.is_direct && options_.hides_background) return;
+  if (path.is_direct) {
+    out_.covered[path.sum] = 0;
+    if (options_.hides_background) return;
+  }
   Rgb radiance = lights_.escaped(direction);
   if (radiance.is_black()) return;
   if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_.pdf_escaped(path.from_normal, direction));

@@ -651,7 +651,7 @@ constexpr std::array<AlbedoSlice, kTableEtas> slices_of(std::string_view digits)
 
 }  // namespace
 
-constinit const AlbedoSlice kWhiteAlbedo = slice_of(kWhite), kSchlickAlbedo = slice_of(kSchlick);
+constinit const AlbedoSlice kWhiteAlbedo = slice_of(kWhite), kSchlickMean = slice_of(kSchlick);
 constinit const std::array<std::array<AlbedoSlice, kTableEtas>, 2> kDielectricAlbedo{slices_of(kToLessDense),
                                                                                      slices_of(kToDenser)};
 

@@ -94,7 +94,8 @@ TEST(Bsdf, DirectionsAreDrawnWithTheDensityThatEvaluateGives) {
         return s && !s->is_delta ? std::optional(s->wi) : std::nullopt;
       };
       const auto density = [&](Vec3 wi) { return evaluate(bsdf, wo, wi).pdf; };
-      const DirectionTest test = test_directions(direction, density, effort(30'000, 1'000'000), effort(16, 32), effort(32, 64));
+      const DirectionTest test =
+          test_directions(direction, density, effort(30'000, 1'000'000), effort(16, 32), effort(32, 64));
       EXPECT_GE(test.fit.p, level) << c.name << " at " << cos_theta << ", density " << test.integral;
       EXPECT_LE(test.integral, 1.0005) << c.name << " at " << cos_theta;
     }

@@ -7,7 +7,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kSide = 64;
+constexpr std::uint32_t kImageSide = 64;
 
 struct Point {
   double x, y;
@@ -16,7 +16,7 @@ struct Point {
 std::vector<Point> anywhere() {
   Random random(1);
   std::vector<Point> points(300);
-  for (Point& p : points) p = {random.uniform(0, kSide), random.uniform(0, kSide)};
+  for (Point& p : points) p = {random.uniform(0, kImageSide), random.uniform(0, kImageSide)};
   return points;
 }
 
@@ -28,7 +28,7 @@ bool are_same(const Ray& a, const Ray& b) {
 TEST(CameraBatch, IsTheCamerasRays) {
   const auto scene = mixed_scene();
   for (const Camera& camera : {mixed_camera(), orthographic_camera()}) {
-    const CameraRays rays(camera, kSide, kSide);
+    const CameraRays rays(camera, kImageSide, kImageSide);
     CameraBatch batch(rays);
     for (const AccelKind kind : {AccelKind::brute, AccelKind::wide}) {
       const auto accel = make_accel(scene, {kind});

@@ -23,13 +23,12 @@ std::uint64_t pixels_of(const Tiling& tiling, FirstLevel level) {
   return sum;
 }
 
-constexpr std::uint32_t kWhittedDepth = 5, kDirectDepth = 2, kPathDepth = 16;
+constexpr std::uint32_t kWhittedDepth = 5, kPathDepth = 16;
 
 void choose_integrator(Plan& plan, const Settings& settings) {
-  plan.integrator = settings.integrator;
+  plan.integrator = chosen_integrator(settings.integrator, plan.features);
   plan.integrator_because = "the job asks for it";
   if (settings.integrator == IntegratorKind::automatic) {
-    plan.integrator = plan.features.only_whitted ? IntegratorKind::whitted : IntegratorKind::path;
     plan.integrator_because = plan.features.only_whitted
                                   ? "the scene has nothing but Whitted's materials and lights"
                                   : "the scene has materials or lights that Whitted's ray tracer doesn't know";

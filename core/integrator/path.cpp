@@ -11,9 +11,8 @@
 namespace tessera {
 namespace {
 
-/// Segments before roulette begins, and the best chance that it gives: no path goes on for ever.
+/// Segments before roulette begins.
 constexpr std::uint32_t kRouletteDepth = 5;
-constexpr float kMostSurvival = 0.95F;
 
 /// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
 constexpr float kJustBeyond = 1 + 0x1p-10F;
@@ -194,7 +193,8 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
 }
 
 bool PathTracer::survives(Path& path, float number) {
-  const float chance = std::min(largest(path.throughput) * path.eta_scale, kMostSurvival);
+  const float chance = largest(path.throughput) * path.eta_scale;
+  if (chance >= 1) return true;
   if (!(number < chance)) return false;
   path.throughput = path.throughput * (1 / chance);
   return true;

@@ -123,6 +123,14 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
     skip_feature("reflection_rays", has.reflection, "the feature: no material in use reflects");
     skip_feature("refraction_rays", has.refraction, "the feature: no material in use transmits");
   }
+  if (plan.integrator == IntegratorKind::path || plan.integrator == IntegratorKind::direct) {
+    skip_feature("light_samples", has.lights_to_sample && has.rough_surfaces,
+                 has.lights_to_sample ? "the feature: all surfaces are smooth, so that no light is sampled"
+                                      : "the feature: there is no light to sample");
+    skip_feature("last_segments", has.emitters || has.sky, "the feature: no ray can meet a light by chance");
+    skip_feature("alpha", has.alpha, "the feature: all surfaces are opaque");
+    skip_feature("sky", !has.even_sky, "the feature: the sky is alike all over, so what sees it alone takes no ray");
+  }
 }
 
 }  // namespace

@@ -72,13 +72,12 @@ void read_transport(JsonFields& fields, Settings& settings) {
   read(fields.optional("integrator"), settings.integrator, integrator_names());
   if (const auto depth = fields.optional("max_depth")) read(depth, settings.max_depth.emplace(), 1, kLargestDepth);
   const auto clamp = fields.optional("clamp");
-  read(clamp, settings.clamp, kPositive);
-  if (clamp && settings.error)
+  if (read(clamp, settings.clamp, kPositive) && clamp && settings.error)
     clamp->error(
         "No error can be claimed for an image from which light was cut off; leave \"clamp\" or the error out.");
   const auto reach = fields.optional("ambient_occlusion_distance");
-  read(reach, settings.ambient_occlusion_reach, kPositive);
-  if (reach && settings.integrator != IntegratorKind::ambient_occlusion)
+  if (read(reach, settings.ambient_occlusion_reach, kPositive) && reach &&
+      settings.integrator != IntegratorKind::ambient_occlusion)
     reach->error("This is for the integrator \"ambient_occlusion\", which has to be asked for.");
 }
 

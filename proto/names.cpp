@@ -1,5 +1,9 @@
 #include "proto/names.h"
 
+#include <vector>
+
+#include "core/film/aov_table.h"
+
 namespace tessera::proto {
 
 std::span<const Choice<ScreenBounds>> screen_bounds_names() {
@@ -9,18 +13,34 @@ std::span<const Choice<ScreenBounds>> screen_bounds_names() {
 }
 
 std::span<const Choice<Aov>> aov_names() {
-  static constexpr Choice<Aov> table[] = {{"depth", Aov::depth},
-                                          {"normal", Aov::normal},
-                                          {"primitive_id", Aov::primitive_id},
-                                          {"object_id", Aov::object_id},
-                                          {"cost_volumes", Aov::cost_volumes},
-                                          {"cost_primitives", Aov::cost_primitives}};
+  static const std::vector<Choice<Aov>> table = [] {
+    std::vector<Choice<Aov>> names;
+    for (const AovEntry& row : aov_table()) names.push_back({row.name, row.aov});
+    return names;
+  }();
   return table;
 }
 
-std::span<const Choice<FileFormat>> file_format_names() {
-  static constexpr Choice<FileFormat> table[] = {
-      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}};
+std::span<const Choice<IntegratorKind>> integrator_names() {
+  static constexpr Choice<IntegratorKind> table[] = {{"auto", IntegratorKind::automatic},
+                                                     {"whitted", IntegratorKind::whitted},
+                                                     {"direct", IntegratorKind::direct},
+                                                     {"ambient_occlusion", IntegratorKind::ambient_occlusion},
+                                                     {"path", IntegratorKind::path}};
+  return table;
+}
+
+std::span<const Choice<SamplerKind>> sampler_names() {
+  static constexpr Choice<SamplerKind> table[] = {{"auto", SamplerKind::automatic},
+                                                  {"grid", SamplerKind::grid},
+                                                  {"independent", SamplerKind::independent},
+                                                  {"sobol", SamplerKind::sobol}};
+  return table;
+}
+
+std::span<const Choice<FilterKind>> filter_names() {
+  static constexpr Choice<FilterKind> table[] = {
+      {"box", FilterKind::box}, {"gaussian", FilterKind::gaussian}, {"blackman_harris", FilterKind::blackman_harris}};
   return table;
 }
 

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "proto/names.h"
+#include "core/film/aov_table.h"
 #include "server/media_type.h"
 #include "server/query_errors.h"
 
@@ -27,17 +29,18 @@ std::span<const FormatEntry> format_table() {
 }
 
 std::span<const PlaneEntry> plane_table() {
-  const auto row = [](Plane plane, Aov aov) { return PlaneEntry{plane, aov, name_of(proto::aov_names(), aov)}; };
-  static const std::vector<PlaneEntry> table = {
-      {Plane::color, std::nullopt, ""},
-      row(Plane::depth, Aov::depth),
-      row(Plane::normal, Aov::normal),
-      row(Plane::primitive_id, Aov::primitive_id),
-      row(Plane::object_id, Aov::object_id),
-      row(Plane::cost_volumes, Aov::cost_volumes),
-      row(Plane::cost_primitives, Aov::cost_primitives),
-      {Plane::all, std::nullopt, "all"},
-  };
+  static const std::vector<PlaneEntry> table = [] {
+    std::vector<PlaneEntry> rows{{kColorPlane, ""}};
+    for (const AovEntry& row : aov_table()) rows.push_back({Plane{row.aov}, row.name});
+    rows.push_back({kAllPlanes, "all"});
+    return rows;
+  }();
+  return table;
+}
+
+std::span<const proto::Choice<ToneMap>> tone_map_names() {
+  static constexpr proto::Choice<ToneMap> table[] = {
+      {"none", ToneMap::none}, {"khronos_pbr_neutral", ToneMap::khronos_pbr_neutral}, {"aces", ToneMap::aces}};
   return table;
 }
 
@@ -99,6 +102,39 @@ JpegOptions read_jpeg(const Request& request, QueryErrors& errors) {
   return jpeg;
 }
 
+/// The number that a text is; nothing when it is none.
+std::optional<float> number(std::string_view text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || text.empty()) return std::nullopt;
+  return value;
+}
+
+Look read_look(const Request& request, QueryErrors& errors) {
+  Look look;
+  if (const auto text = request.query("exposure")) {
+    const auto stops = number(*text);
+    if (stops && std::abs(*stops) <= kMostStops)
+      look.exposure = *stops;
+    else
+      errors.add("exposure", "Give a number of stops from -64 to 64.");
+  }
+  if (const auto asked = request.query("tone_map")) {
+    const auto entry = std::ranges::find(tone_map_names(), *asked, &proto::Choice<ToneMap>::name);
+    if (entry != tone_map_names().end())
+      look.tone_map = entry->value;
+    else
+      errors.add("tone_map", "Give one of " + names_of(tone_map_names()) + ".");
+  }
+  return look;
+}
+
+Precision read_precision(const Request& request, QueryErrors& errors) {
+  const std::string_view asked = request.query("precision").value_or("float");
+  if (asked != "float" && asked != "half") errors.add("precision", "Give float or half.");
+  return asked == "half" ? Precision::half : Precision::single;
+}
+
 bool can_hold(ImageFormat format, Plane plane, const Settings& settings) {
   return tessera::can_hold(format, plane, settings.width, settings.height, settings.aovs);
 }
@@ -124,12 +160,20 @@ Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plan
                  {}};
 }
 
-/// What only JPEG has.
-void check_only_jpeg(const Request& request, const FormatEntry& format, QueryErrors& errors) {
-  if (format.format == ImageFormat::jpeg) return;
-  for (const char* name : {"quality", "subsampling"})
-    if (request.query(name))
-      errors.add(name, "Only JPEG has this, and the image comes as " + std::string(format.name) + "; add format=jpeg.");
+/// What only some formats have, or only the colour.
+void check_parameters(const Request& request, Plane plane, const FormatEntry& format, QueryErrors& errors) {
+  const std::string comes_as = ", and the image comes as " + std::string(format.name) + "; ";
+  const auto refuse = [&](std::initializer_list<const char*> names, const std::string& why) {
+    for (const char* name : names)
+      if (request.query(name)) errors.add(name, why);
+  };
+  if (format.format != ImageFormat::jpeg)
+    refuse({"quality", "subsampling"}, "Only JPEG has this" + comes_as + "add format=jpeg.");
+  if (format.format != ImageFormat::exr) refuse({"precision"}, "Only EXR has this" + comes_as + "add format=exr.");
+  if (plane != kColorPlane)
+    refuse({"exposure", "tone_map"}, "Only the colour has this; leave it or aov out.");
+  else if (limits_of(format.format).values != PixelValues::display)
+    refuse({"exposure", "tone_map"}, "Only PNG and JPEG have this" + comes_as + "add format=png.");
 }
 
 }  // namespace
@@ -147,18 +191,23 @@ Result<ImageChoice> choose_image(const Request& request, const Settings& setting
   const bool partial = read_partial(request, errors);
   const auto plane = read_plane(request, errors);
   check_format(request, errors);
-  const JpegOptions jpeg = read_jpeg(request, errors);
+  Encoding encoding;
+  encoding.jpeg = read_jpeg(request, errors);
+  encoding.look = read_look(request, errors);
+  encoding.precision = read_precision(request, errors);
+  encoding.transparent = settings.transparent;
   if (!errors.empty()) return std::move(errors).as_problem();
-  if (plane->aov && !settings.aovs.contains(*plane->aov))
+  if (plane->plane.aov && !settings.aovs.contains(*plane->plane.aov))
     return Problem{
         ProblemCode::not_found,
         "The job didn't record " + std::string(plane->name) + "; ask for it in /settings/aovs when you submit it.",
         {}};
   const auto format = choose_format(request, *plane, settings);
   if (!format) return format.problem();
-  check_only_jpeg(request, *format, errors);
+  check_parameters(request, plane->plane, *format, errors);
   if (!errors.empty()) return std::move(errors).as_problem();
-  return ImageChoice{plane->plane, *format, jpeg, partial};
+  encoding.format = format->format;
+  return ImageChoice{plane->plane, *format, encoding, partial};
 }
 
 }  // namespace tessera::server

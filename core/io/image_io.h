@@ -10,15 +10,29 @@
 #include "core/film/film.h"
 #include "core/io/image_format.h"
 #include "core/io/jpeg_file.h"
+#include "core/io/tone_map.h"
 
 namespace tessera {
 
-/// Which plane of the film to encode. `all` writes colour and every recorded AOV as channels of one EXR.
-enum class Plane { color, depth, normal, primitive_id, object_id, cost_volumes, cost_primitives, all };
+/// Which plane of the film to encode: colour where no AOV is named.
+struct Plane {
+  std::optional<Aov> aov = std::nullopt;
+  bool is_all = false;  ///< Colour and every recorded AOV, as channels of one EXR.
+
+  bool operator==(const Plane&) const = default;
+};
+inline constexpr Plane kColorPlane{};
+inline constexpr Plane kAllPlanes{std::nullopt, true};
+
+/// Of an EXR's floats.
+enum class Precision { single, half };
 
 struct Encoding {
   ImageFormat format = ImageFormat::png;
-  JpegOptions jpeg;  ///< Of no meaning to the others.
+  JpegOptions jpeg = {};                    ///< Of no meaning to the others.
+  Look look = {};                           ///< Of the colour in PNG and JPEG.
+  Precision precision = Precision::single;  ///< Of EXR.
+  bool transparent = false;                 ///< Colour has the recorded alpha. Precondition: it is recorded.
 };
 
 /// Whether files of a format can hold that plane of an image, and, with `partial`, that some of it isn't there yet: by
@@ -29,13 +43,14 @@ bool can_hold(ImageFormat format, Plane plane, std::uint32_t width, std::uint32_
 /// Encodes to memory: PNG through libpng, JPEG through libjpeg, EXR and HDR through OpenImageIO, which the first of
 /// them loads. Takes as much memory as the file, twice while it grows, and a few rows.
 ///
-/// PNG and JPEG hold 8 bits of display values: colour is clamped to 0..1 and given sRGB's transfer curve; depth is
-/// scaled from nearest (white) to farthest (dark grey) finite value, and black where it is infinite; normals map −1..1
-/// to 0..255; ids become hues, of which JPEG keeps about the look; costs a heat map (`heat_color`) from 0 to the
-/// greatest cost of the image. EXR holds the linear floats themselves, channels "R" "G" "B", "Z", "N.X" "N.Y" "N.Z",
-/// "cost.volumes", "cost.primitives", and the ids as unsigned "primitiveId" and "objectId"; depths of the background
-/// are infinite. HDR holds colour and costs (as grey) as RGBE: what is above its greatest number, just below 2^127,
-/// becomes that.
+/// PNG and JPEG hold 8 bits of display values: colour as `Display` makes it is clamped to 0..1 and given sRGB's
+/// transfer curve; AOVs look as their rows say (`AovLook`), of hues JPEG keeps about the look. EXR holds the linear
+/// floats themselves, or the nearest ones of half as many bits (`half_bits`), channels "R" "G" "B" and those of the
+/// AOVs' rows, whole numbers as unsigned ones. HDR holds what is finite and never negative as RGBE, single channels as
+/// grey: what is above its greatest number, just below 2^127, becomes that.
+///
+/// Where colour is transparent, that of a pixel is what covers it over black. It is so in EXR, beside channel "A", and
+/// in JPEG and HDR, which have no alpha; a PNG holds the colour of what covers it and how much that is.
 ///
 /// `done`, one byte a pixel where given, tells the pixels that may be read. The others look as if nothing were there,
 /// and are transparent in PNG and EXR, which get an alpha channel.

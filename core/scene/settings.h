@@ -13,9 +13,20 @@ namespace tessera {
 /// knows the parts of large meshes.
 enum class ScreenBounds { off, flat, hierarchical };
 
-/// What a film records beside colour: the first four from the first sample of each pixel, the costs as the mean over
-/// the samples of all tests made for the pixel, whatever the kind of ray. Costs depend on the structure.
-enum class Aov { depth, normal, primitive_id, object_id, cost_volumes, cost_primitives };
+/// What a film records beside colour; what each is, and how its values come about, says core/film/aov_table.h.
+enum class Aov {
+  depth,
+  normal,
+  primitive_id,
+  object_id,
+  cost_volumes,
+  cost_primitives,
+  albedo,
+  position,
+  alpha,
+  sample_count,
+  variance
+};
 
 /// How light is followed. `automatic` is `whitted` where a scene has nothing but Whitted's materials and lights, and
 /// `path` otherwise. `direct` is `path` with two rays in a chain at most.

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::size_t kDefaultListed = 100;
 constexpr std::size_t kMostListed = 1000;
-/// Of a scene that is looked through for a camera in the quick lane.
+/// Of a scene that is looked through, for a camera say, in the quick lane.
 constexpr std::size_t kQuickObjects = 10'000;
 
 nlohmann::json status_json(const JobView& job) { return to_json(status_of(job, JobTimes::Clock::now())); }
@@ -63,7 +63,8 @@ std::optional<Problem> refuse_size(const Settings& settings, const Config& confi
 std::optional<Problem> refuse_without_format(const Settings& settings) {
   Problem problem{ProblemCode::invalid_document, "No image format can hold this image.", {}};
   for (const PlaneEntry& plane : plane_table()) {
-    const bool is_rendered = plane.plane == Plane::color || (plane.aov && settings.aovs.contains(*plane.aov));
+    const bool is_rendered =
+        plane.plane == kColorPlane || (plane.plane.aov && settings.aovs.contains(*plane.plane.aov));
     if (!is_rendered || !able_formats(plane.plane, settings).empty()) continue;
     problem.errors.push_back({"/image", (plane.name.empty() ? "Its colour" : "Its " + std::string(plane.name)) +
                                             " fits into no format; make width or height smaller."});
@@ -89,12 +90,12 @@ Response post_job(Services& services, Request& request) {
   if (!job) return problem_response(job.problem());
   const auto scene = scene_of(services.scenes, *job, request.abandoned);
   if (!scene) return problem_response(scene.problem());
-  if (const auto problem = take_image(*scene->scene, services.config.documents, *job))
+  if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
+  if (const auto problem = fit_to_scene(*scene->scene, services.config.documents, *job))
     return problem_response(*problem);
   if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
   if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
 
-  if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
   const std::optional<Camera>& wanted = job->camera ? job->camera : scene->scene->camera;
   const Camera camera =
       frame_scene(*scene->scene, job->settings.width, job->settings.height, wanted.value_or(kUnplacedCamera));

@@ -15,7 +15,8 @@ from documents import SMALL_JOB, SPHERE, crowd, endless_job
 
 STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE"}
 MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "exr": "image/x-exr", "hdr": "image/vnd.radiance"}
-ALL_AOVS = ["depth", "normal", "primitive_id", "object_id", "cost_volumes", "cost_primitives"]
+ALL_AOVS = ["depth", "normal", "primitive_id", "object_id", "cost_volumes", "cost_primitives", "albedo", "position",
+            "alpha", "sample_count", "variance"]
 QUAD = "o quad\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n"
 
 
@@ -199,6 +200,27 @@ class ApiTest(unittest.TestCase):
         for query, pointer in (("quality=0&format=jpeg", "?quality"), ("quality=80", "?quality"),
                                ("quality=80&format=png", "?quality"), ("subsampling=4:4:0&format=jpeg", "?subsampling"),
                                ("subsampling=4:4:4&format=exr", "?subsampling")):
+            self.assertEqual(self.get(f"{image}?{query}", status=400).json()["errors"][0]["pointer"], pointer)
+
+    def test_exposure_and_tone_map(self):
+        image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
+        plain = self.get(image)
+        self.assertEqual(self.get(f"{image}?exposure=0&tone_map=none").headers["ETag"], plain.headers["ETag"])
+        seen = {plain.headers["ETag"]: plain.body}
+        for query in ("exposure=-1", "exposure=1.5", "tone_map=aces", "tone_map=khronos_pbr_neutral&exposure=-1",
+                      "format=jpeg&tone_map=aces"):
+            reply = self.get(f"{image}?{query}")
+            seen[reply.headers["ETag"]] = reply.body
+            self.assertEqual(self.get(f"{image}?{query}").body, reply.body)
+        self.assertEqual(len(seen), 6)
+        self.assertEqual(len(set(seen.values())), 6)
+        single, half = (self.get(f"{image}?format=exr&precision={precision}") for precision in ("float", "half"))
+        self.assertEqual(self.get(f"{image}?format=exr").body, single.body)
+        self.assertNotEqual(single.headers["ETag"], half.headers["ETag"])
+        self.assertLess(len(half.body), len(single.body))
+        for query, pointer in (("exposure=65", "?exposure"), ("exposure=dark", "?exposure"), ("tone_map=hable", "?tone_map"),
+                               ("exposure=1&format=exr", "?exposure"), ("tone_map=aces&format=hdr", "?tone_map"),
+                               ("precision=half", "?precision"), ("precision=quarter&format=exr", "?precision")):
             self.assertEqual(self.get(f"{image}?{query}", status=400).json()["errors"][0]["pointer"], pointer)
 
     def test_images_that_are_too_wide_for_a_format(self):

@@ -71,13 +71,14 @@ unsigned long long hash_functions() {
   Hash hash;
   tessera::Random random(1);
   for (int i = 0; i < 20'000; ++i) {
-    const double angle = random.uniform(-12.5, 12.5), any = random.uniform(-1, 1) * random.magnitude(-20, 20);
+    const double angle = random.uniform(-12.5, 12.5), size = random.magnitude(-20, 20);
+    const double any = random.uniform(-1, 1) * size;
     for (const auto f : {tessera::portable_sin, tessera::portable_cos, tessera::portable_tan}) hash.add(f(angle));
     hash.add(tessera::portable_atan(any));
     hash.add(tessera::portable_log2(random.magnitude(-300, 300)));
     hash.add(tessera::portable_exp2(random.uniform(-1080, 1030)));
-    hash.add(tessera::portable_pow(static_cast<float>(random.magnitude(-3, 3)),
-                                   static_cast<float>(random.magnitude(-3, 3))));
+    const double base = random.magnitude(-3, 3), exponent = random.magnitude(-3, 3);
+    hash.add(tessera::portable_pow(static_cast<float>(base), static_cast<float>(exponent)));
     const auto x = static_cast<float>(angle), y = static_cast<float>(any);
     for (const auto& [s, c] : {tessera::sin_cos_turns(x), tessera::portable_sin_cos(x)}) {
       hash.add(s);

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/io/exr_header.h"
 #include "core/io/oiio/load_module.h"
 #include "core/io/oiio/oiio_module.h"
 
@@ -15,24 +16,20 @@ bool begins_with(std::span<const std::byte> file, std::string_view magic) {
                                                    [](char a, std::byte b) { return static_cast<std::byte>(a) == b; });
 }
 
-/// A name that tells OpenImageIO the format; null for neither.
-const char* name_of(std::span<const std::byte> file) {
-  if (begins_with(file, "\x76\x2f\x31\x01")) return "map.exr";
-  if (begins_with(file, "#?RADIANCE") || begins_with(file, "#?RGBE")) return "map.hdr";
-  return nullptr;
-}
-
 bool is_light(Rgb c) { return is_finite(c) && c.r >= 0 && c.g >= 0 && c.b >= 0; }
 
 }  // namespace
 
 std::variant<EnvironmentMap, std::string> read_environment(std::span<const std::byte> file, std::uint64_t most_bytes) {
-  const char* name = name_of(file);
-  if (name == nullptr) return std::string("It is neither a Radiance (.hdr) nor an OpenEXR file.");
+  const bool is_exr = begins_with(file, "\x76\x2f\x31\x01");
+  if (!is_exr && !begins_with(file, "#?RADIANCE") && !begins_with(file, "#?RGBE"))
+    return std::string("It is neither a Radiance (.hdr) nor an OpenEXR file.");
+  if (is_exr)
+    if (auto why = exr_header_problem(file, most_bytes / sizeof(Rgb))) return *std::move(why);
   static const auto kRead = oiio_function<decltype(&tessera_oiio_read)>("tessera_oiio_read");
   EnvironmentMap map;
   std::string problem;
-  kRead(name, file, most_bytes, map, problem);
+  kRead(is_exr ? "map.exr" : "map.hdr", file, most_bytes, map, problem);
   if (!problem.empty()) return problem;
   const auto wrong = std::ranges::count_if(map.texels, [](Rgb c) { return !is_light(c); });
   if (wrong > 0)

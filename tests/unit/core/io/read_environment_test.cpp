@@ -1,7 +1,10 @@
 #include "core/io/read_environment.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -89,6 +92,28 @@ TEST(ReadEnvironment, RefusesWhatIsLargerThanThereMayBe) {
   const std::string claim = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000000 +X 1000000000\n\2\2\2\2";
   const auto* first = reinterpret_cast<const std::byte*>(claim.data());
   EXPECT_NE(problem_of({first, first + claim.size()}), "");
+}
+
+/// A file whose header claims that its windows end there.
+std::vector<std::byte> with_windows_to(std::vector<std::byte> file, std::int32_t x, std::int32_t y) {
+  for (const std::string name : {"dataWindow", "displayWindow"}) {
+    const auto bytes = std::as_bytes(std::span(name));
+    const auto at = std::ranges::search(file, bytes).begin() + std::ssize(name) + 1 + 6 + 4 + 8;
+    for (int i = 0; i < 4; ++i) {
+      at[i] = static_cast<std::byte>(x >> (8 * i));
+      at[4 + i] = static_cast<std::byte>(y >> (8 * i));
+    }
+  }
+  return file;
+}
+
+TEST(ReadEnvironment, DoesntBelieveAHeaderThatTheFileIsTooSmallFor) {
+  const auto file = written("a.exr", spec_of(2, 2, {"R", "G", "B"}), kTwoByTwo);
+  EXPECT_EQ(problem_of(with_windows_to(file, 1, 1)), "");
+  EXPECT_EQ(problem_of(with_windows_to(file, 0, 4'999'999)), "It ends before its last row.");
+  EXPECT_NE(problem_of(with_windows_to(file, 0, 1 << 30)).find("1 × 1073741825 texels"), std::string::npos);
+  EXPECT_NE(problem_of(with_windows_to(file, 1 << 30, 1 << 30)).find("more memory"), std::string::npos);
+  EXPECT_EQ(problem_of(with_windows_to(file, -5, 1)), "It has no texels.");
 }
 
 TEST(ReadEnvironment, RefusesACutOutOfALargerPicture) {

@@ -1,6 +1,7 @@
 #include "core/render/tile_renderer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/integrator/spawn.h"
 #include "core/math/float_environment.h"
@@ -21,34 +22,17 @@ bool records_costs(const Settings& settings) {
   return settings.aovs.contains(Aov::cost_volumes) || settings.aovs.contains(Aov::cost_primitives);
 }
 
-/// The same sum and the same division, whether samples were traced or known to be background (law L6).
-Rgb mean(Rgb sum, std::uint32_t samples) {
-  const auto n = static_cast<float>(samples);
-  return {sum.r / n, sum.g / n, sum.b / n};
-}
-
-/// The sum of a pixel's samples, added one by one. It stops growing when a sample is less than half its last bit: after
-/// fewer than 2^25 of them.
-Rgb sum_of_equal(Rgb sample, std::uint32_t samples) {
-  Rgb sum;
-  for (std::uint32_t i = 0; i < samples; ++i) {
-    const Rgb next = sum + sample;
-    if (next == sum) break;
-    sum = next;
-  }
-  return sum;
-}
-
 }  // namespace
 
 bool counts_tests(const Settings& settings) { return settings.count_tests || records_costs(settings); }
 
-TileRenderer::TileRenderer(const RenderContext& context, std::size_t index)
+TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, PassWork work)
     : context_(context),
       tile_(context.plan.tiling.tiles[index]),
-      order_(tile_.rect, context.settings.samples),
+      pass_(std::move(work.pass)),
+      order_(tile_.rect, *pass_),
       offsets_(context.settings.seed, context.settings.samples, context.settings.jitter),
-      result_{Pixels(tile_.rect, context.settings.aovs), {}, {}},
+      result_{std::move(work.pixels), std::move(work.sums), {}, {}},
       log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {
   if (tile_.first_level == FirstLevel::nothing) return;
   whitted_.emplace(*context.scene, context.plan.features, *context.accel, context.plan.max_depth, result_.rays, log_);
@@ -67,7 +51,7 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   do {
     if (samples_.empty()) {
       if (!order_.next(samples_at_once(), most_pixels, samples_)) {
-        for (Rgb& color : result_.pixels.color) color = mean(color, context_.settings.samples);
+        finish();
         return true;
       }
       begin_chunk();
@@ -94,14 +78,16 @@ void TileRenderer::fit_chunks() {
 }
 
 void TileRenderer::fill_with_background() {
-  const std::uint32_t samples = context_.settings.samples;
-  std::ranges::fill(result_.pixels.color, mean(sum_of_equal(context_.scene->background, samples), samples));
-  samples_done_ = static_cast<std::uint64_t>(tile_.rect.area()) * samples;
+  pass_->for_blocks_in(tile_.rect, [&](PixelRect part, const SampleRange& samples) {
+    if (samples.count > 0) result_.sums.add_equal(part, samples, context_.scene->background);
+  });
+  samples_done_ = pass_->samples_in(tile_.rect);
   result_.rays.camera_skipped = samples_done_;
+  finish();
 }
 
 void TileRenderer::begin_chunk() {
-  if (samples_.front().index == 0) before_pixel_ = result_.tests;
+  before_chunk_ = result_.tests;
   trace_first_level();
   record_aovs();
   radiance_.resize(rays_.size());
@@ -109,10 +95,8 @@ void TileRenderer::begin_chunk() {
 }
 
 void TileRenderer::end_chunk() {
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    Rgb& sum = result_.pixels.color[pixel(samples_[i])];
-    sum = sum + radiance_[i];
-  }
+  for (std::size_t i = 0; i < samples_.size(); ++i)
+    result_.sums.add(pixel(samples_[i]), samples_[i].index, radiance_[i]);
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
   fit_chunks();
   samples_done_ += samples_.size();
@@ -153,14 +137,15 @@ void TileRenderer::record_aovs() {
   }
 }
 
-/// What the rays of a pixel have cost so far, were they all.
+/// What the rays of a chunk have cost, all of them of one pixel.
 void TileRenderer::record_costs(std::size_t at) {
-  const auto per_sample = [&](std::uint64_t TestCounts::*count) {
-    return static_cast<float>(static_cast<double>(result_.tests.*count - before_pixel_.*count) /
-                              context_.settings.samples);
+  const auto cost = [&](std::uint64_t TestCounts::*count) {
+    return static_cast<float>(result_.tests.*count - before_chunk_.*count);
   };
-  result_.pixels.record(Aov::cost_volumes, at, per_sample(&TestCounts::volume_tests));
-  result_.pixels.record(Aov::cost_primitives, at, per_sample(&TestCounts::object_tests));
+  result_.sums.add(Aov::cost_volumes, at, cost(&TestCounts::volume_tests));
+  result_.sums.add(Aov::cost_primitives, at, cost(&TestCounts::object_tests));
 }
+
+void TileRenderer::finish() { resolve(result_.sums, *pass_, result_.pixels); }
 
 }  // namespace tessera

@@ -146,7 +146,7 @@ std::uint64_t image_bytes(const Settings& settings) {
   const auto across = [&](std::uint64_t pixels) { return (pixels + settings.tile_size - 1) / settings.tile_size; };
   const std::uint64_t tiles =
       settings.tile_size == kAdaptiveTiles ? 0 : across(settings.width) * across(settings.height);
-  return Film::memory_bytes(settings.width, settings.height, recorded_aovs(settings)) + tiles * kTileBytes;
+  return Film::memory_bytes(settings.width, settings.height, settings.aovs) + tiles * kTileBytes;
 }
 
 std::uint64_t passes_bytes(const Settings& settings) { return Passes::memory_bytes(settings); }

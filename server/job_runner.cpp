@@ -168,7 +168,7 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   std::vector<PixelRect> tiles;
   for (const Tile& tile : run->context->plan.tiling.tiles) tiles.push_back(tile.rect);
   const Settings& settings = run->settings;
-  run->film = std::make_shared<Film>(settings.width, settings.height, recorded_aovs(settings), std::move(tiles));
+  run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, std::move(tiles));
   run->passes.emplace(settings);
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
   run->rendering = std::chrono::steady_clock::now();

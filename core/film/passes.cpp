@@ -7,8 +7,10 @@
 namespace tessera {
 namespace {
 
-/// Samples that every pixel has before its block's error is believed.
-constexpr std::uint32_t kSafeSamples = 16;
+/// Samples that every pixel has, and the image, before its error is believed: in few of them, what is rare and bright
+/// may not have been seen anywhere.
+constexpr std::uint64_t kSafePerPixel = 16;
+constexpr std::uint64_t kSafeInAll = 1 << 18;
 
 /// Of the time that is left, the part that a pass is meant to take: the rest is for what it takes longer.
 constexpr double kUsedTime = 0.9;
@@ -21,6 +23,12 @@ constexpr double kLeastPass = 1.0 / 8;
 double next_plain(double n) { return n < 64 ? 4 * n : 1.5 * n; }
 
 std::uint64_t pixels_of(const Settings& settings) { return std::uint64_t{settings.width} * settings.height; }
+
+/// A pixel's part of those.
+std::uint64_t safe_samples(const Settings& settings) {
+  const std::uint64_t pixels = pixels_of(settings);
+  return std::min<std::uint64_t>(settings.samples, std::max(kSafePerPixel, (kSafeInAll + pixels - 1) / pixels));
+}
 
 std::uint64_t capped(double samples, std::uint64_t most) {
   return samples >= static_cast<double>(most) ? most : static_cast<std::uint64_t>(samples);
@@ -82,7 +90,7 @@ std::optional<Pass> Passes::pass_after(double seconds) {
   };
   const std::uint64_t pixels = pixels_of(settings_), most = pixels * settings_.samples;
   if (report_.samples == most) return end(EndedBy::samples);
-  const bool is_safe = report_.least >= std::min(kSafeSamples, settings_.samples);
+  const bool is_safe = report_.least >= safe_samples(settings_);
   if (settings_.error && report_.error && is_safe && report_.error->high <= *settings_.error)
     return end(EndedBy::error);
   if (settings_.seconds && seconds >= *settings_.seconds) return end(EndedBy::seconds);

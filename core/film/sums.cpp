@@ -11,7 +11,7 @@ Rgb operator/(Rgb a, float s) { return {a.r / s, a.g / s, a.b / s}; }
 
 std::set<Aov> means(const Settings& settings) {
   std::set<Aov> aovs;
-  for (const Aov aov : recorded_aovs(settings))
+  for (const Aov aov : settings.aovs)
     if (aov_entry(aov).origin == AovOrigin::mean) aovs.insert(aov);
   return aovs;
 }
@@ -31,14 +31,6 @@ void divide(const std::vector<T>& totals, std::size_t pixel, float by, std::vect
 }
 
 }  // namespace
-
-bool measures_error(const Settings& settings) { return settings.error || settings.seconds; }
-
-std::set<Aov> recorded_aovs(const Settings& settings) {
-  std::set<Aov> aovs = settings.aovs;
-  if (settings.transparent) aovs.insert(Aov::alpha);
-  return aovs;
-}
 
 Sums::Sums(PixelRect rect, const Settings& settings) : totals(rect, means(settings)) {
   const auto count = static_cast<std::size_t>(rect.area());
@@ -87,7 +79,7 @@ std::uint64_t Sums::bytes_per_pixel(const Settings& settings) {
 }
 
 PassWork::PassWork(std::shared_ptr<const Pass> its_pass, PixelRect tile, const Settings& settings)
-    : pass(std::move(its_pass)), pixels(tile, recorded_aovs(settings)), sums(tile, settings) {}
+    : pass(std::move(its_pass)), pixels(tile, settings.aovs), sums(tile, settings) {}
 
 void resolve(const Sums& sums, const Pass& pass, Pixels& out) {
   std::size_t pixel = 0;

@@ -12,13 +12,6 @@
 
 namespace tessera {
 
-/// Whether a job's samples are two independent replicates, so that its error can be told: sample i belongs to replicate
-/// i % 2. Otherwise they are one.
-bool measures_error(const Settings& settings);
-
-/// AOVs that the film of such a job has: those asked for, and alpha where the image has one.
-std::set<Aov> recorded_aovs(const Settings& settings);
-
 /// What the samples of each pixel of a rectangle have come to so far, and all that it takes to go on. Samples are added
 /// in the order of their indices, so that it doesn't matter in how many passes that is done.
 struct Sums {

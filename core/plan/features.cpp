@@ -52,15 +52,15 @@ void add(const Light& light, Features& to) {
                  },
                  [&](const SunLight& l) {
                    to.only_whitted = false;
-                   to.lights_to_sample |= !l.irradiance.is_black();
+                   to.sky |= !l.irradiance.is_black();
+                   to.even_sky = false;
                  },
-                 [&](const EnvironmentLight&) { to.only_whitted = false; },
+                 [&](const EnvironmentLight& l) {
+                   to.only_whitted = false;
+                   to.even_sky &= l.map == nullptr;
+                 },
              },
              light);
-}
-
-bool is_black(const EnvironmentLight& light) {
-  return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
 }
 
 }  // namespace
@@ -78,9 +78,18 @@ Features features_of(const Scene& scene) {
   }
   if (features.emitters || features.alpha) features.only_whitted = false;
   for (const Light& light : scene.lights) add(light, features);
-  features.environment = !is_black(environment_of(scene));
-  features.lights_to_sample |= features.emitters || features.environment;
+  features.sky |= !is_black(environment_of(scene));
+  features.lights_to_sample |= features.emitters || features.sky;
   return features;
+}
+
+IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features) {
+  if (asked != IntegratorKind::automatic) return asked;
+  return features.only_whitted ? IntegratorKind::whitted : IntegratorKind::path;
+}
+
+bool is_black(const EnvironmentLight& light) {
+  return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
 }
 
 EnvironmentLight environment_of(const Scene& scene) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "core/scene/scene.h"
+#include "core/scene/settings.h"
 
 namespace tessera {
 
@@ -18,12 +19,22 @@ struct Features {
 
   bool emitters = false;          ///< An object emits.
   bool lights_to_sample = false;  ///< Emitters, lights and whatever else sends light, if any isn't black.
-  bool environment = false;       ///< What rays see that hit nothing isn't black.
+  bool sky = false;               ///< What rays see that hit nothing isn't black: the environment, or a sun.
+  bool even_sky = true;           ///< It is the same in all directions.
   bool rough_surfaces = false;    ///< A surface that reflects or transmits into more than single directions.
   bool transmission = false;      ///< A surface that passes light.
   bool alpha = false;             ///< A surface that isn't all there.
 };
 Features features_of(const Scene& scene);
+
+/// The integrator that renders a scene with these features when `asked` is asked for: never `automatic`.
+IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features);
+
+/// Rays in a chain of `IntegratorKind::direct`: to what is seen, and from there to a light.
+inline constexpr std::uint32_t kDirectDepth = 2;
+
+/// Whether no light comes from it: its radiance or all of its map is black.
+bool is_black(const EnvironmentLight& light);
 
 /// What stands for the sky: the scene's environment, or else its background all around.
 EnvironmentLight environment_of(const Scene& scene);

@@ -3,15 +3,15 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <stop_token>
 #include <utility>
 #include <vector>
 
-#include "core/integrator/whitted.h"
+#include "core/integrator/integrator.h"
 #include "core/render/render.h"
 #include "core/render/sample_order.h"
-#include "core/sampling/pixel_samples.h"
+#include "core/screen/camera_batch.h"
 
 namespace tessera {
 
@@ -43,29 +43,29 @@ class TileRenderer {
   void end_chunk();
   void trace_first_level();
   void record_aovs();
+  void record_albedo(std::size_t at, const Ray& ray, const Hit& hit);
   void record_costs(std::size_t at);
   /// Makes the pixels of what has been summed.
   void finish();
-  std::size_t pixel(const Sample& sample) const { return result_.pixels.index(sample.x, sample.y); }
+  std::size_t pixel(const SampleId& sample) const { return result_.pixels.index(sample.x, sample.y); }
 
   const RenderContext& context_;
   const Tile& tile_;
   std::shared_ptr<const Pass> pass_;
   SampleOrder order_;
-  PixelOffsets offsets_;
   Candidates candidates_;
   TileResult result_;  ///< Its pixels are made of its sums when all is traced.
   TraceLog log_;
-  std::optional<Whitted> whitted_;  ///< Unless nothing projects into the tile.
+  std::unique_ptr<Integrator> integrator_;  ///< Unless all pixels of the tile are the same.
   TestCounts before_chunk_;
   std::uint64_t samples_done_ = 0;
   // Of the chunk at hand; empty between two.
   Clock::duration longest_batch_{};
-  std::vector<Sample> samples_;
-  std::vector<Ray> rays_;
-  Directions directions_;
+  std::vector<SampleId> samples_;
+  CameraBatch camera_;
   std::vector<Hit> hits_;
   std::vector<Rgb> radiance_;
+  std::vector<std::uint8_t> covered_;
 };
 
 }  // namespace tessera

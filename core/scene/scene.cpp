@@ -2,8 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+
+#include "core/math/float_environment.h"
 
 namespace tessera {
+
+Scene with_bounds(Scene scene) {
+  const StrictFloats strict;
+  scene.shape_bounds.clear();
+  scene.shape_bounds.reserve(scene.shapes.size());
+  for (const Shape& shape : scene.shapes) scene.shape_bounds.push_back(bounds(shape));
+  return scene;
+}
+
+std::span<const Aabb> local_bounds(const Scene& scene) {
+  if (scene.shape_bounds.size() != scene.shapes.size())
+    throw std::logic_error("a scene is used without the bounds of its shapes");
+  return scene.shape_bounds;
+}
 
 Aabb world_bounds(const Scene& scene, const Object& object) {
   return world_bounds(object, local_bounds(scene)[object.shape]);
@@ -71,6 +88,9 @@ std::size_t memory_bytes(const Scene& scene) {
   std::size_t bytes = sizeof(Scene) + scene.shapes.size() * (sizeof(Shape) + sizeof(Aabb)) +
                       scene.objects.size() * sizeof(Object) + scene.materials.size() * sizeof(Material) +
                       scene.lights.size() * sizeof(Light);
+  for (const Light& light : scene.lights)
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light); environment && environment->map)
+      bytes += environment->map->texels.size() * sizeof(Rgb);
   for (const Shape& shape : scene.shapes)
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
       bytes += (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <set>
@@ -11,7 +13,7 @@
 
 #include "core/film/aov_table.h"
 #include "core/io/image_io.h"
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/image_cache.h"
@@ -65,8 +67,14 @@ std::string name_of(Plane plane) {
 /// version of this program encodes equal pixels to equal bytes. `versions` is given where the image isn't complete.
 std::string key_of(const std::string& id, const ImageChoice& choice, const std::vector<std::uint32_t>* versions) {
   std::string key = id + " plane " + name_of(choice.plane) + ' ' + std::string(choice.format.name);
-  if (choice.format.format == ImageFormat::jpeg)
-    key += ' ' + std::to_string(choice.jpeg.quality) + '/' + std::to_string(static_cast<int>(choice.jpeg.subsampling));
+  const Encoding& encoding = choice.encoding;
+  if (encoding.format == ImageFormat::jpeg)
+    key +=
+        ' ' + std::to_string(encoding.jpeg.quality) + '/' + std::to_string(static_cast<int>(encoding.jpeg.subsampling));
+  if (encoding.precision == Precision::half) key += " half";
+  if (encoding.look != Look())
+    key += " look " + std::to_string(std::bit_cast<std::uint32_t>(encoding.look.exposure)) + '/' +
+           std::to_string(static_cast<int>(encoding.look.tone_map));
   if (versions) {
     key += " tiles";
     for (const std::uint32_t version : *versions) key += ' ' + std::to_string(version);
@@ -80,9 +88,8 @@ std::string etag_of(const std::string& key) {
 
 EncodedImage encode_picture(const Picture& picture, const std::stop_token& unwanted) {
   const Film::Snapshot* so_far = picture.so_far.get();
-  auto encoded =
-      encode(so_far ? so_far->pixels : picture.film->pixels(), picture.choice.plane,
-             {picture.choice.format.format, picture.choice.jpeg}, so_far ? &so_far->is_there : nullptr, unwanted);
+  auto encoded = encode(so_far ? so_far->pixels : picture.film->pixels(), picture.choice.plane, picture.choice.encoding,
+                        so_far ? &so_far->is_there : nullptr, unwanted);
   if (encoded) return std::make_shared<const std::vector<std::byte>>(*std::move(encoded));
   if (unwanted.stop_requested()) throw proto::Abandoned();
   throw std::logic_error("an image was to be encoded that its format can't hold");

@@ -61,7 +61,10 @@ TEST(Passes, AreInPairsWhereTheErrorIsMeasured) {
 TEST(Passes, NoNoiseIsNoErrorOnceASafeNumberOfSamplesIsThere) {
   Settings settings = sized(1000);
   settings.error = 0.01F;
-  EXPECT_EQ(counts(settings).back(), 16U);
+  EXPECT_EQ(counts(settings).back(), 512U) << "a quarter of a million of them, in doublings";
+  settings.samples = 100;
+  EXPECT_EQ(counts(settings).back(), 100U) << "all that there are to be";
+  settings.samples = 1000;
   settings.clamp = 10;
   EXPECT_EQ(counts(settings).back(), 1000U) << "what is clamped has an error that isn't known";
 }

@@ -20,7 +20,7 @@ Settings with(std::set<Aov> aovs, bool measured = false) {
 }
 
 Pixels resolved(const Sums& sums, const Settings& settings, std::uint32_t samples) {
-  Pixels out(sums.rect(), recorded_aovs(settings));
+  Pixels out(sums.rect(), settings.aovs);
   resolve(sums, Pass(settings.width, settings.height, {0, samples}), out);
   return out;
 }
@@ -77,15 +77,6 @@ TEST(Sums, EqualSamplesAreSummedAtOnce) {
     EXPECT_EQ(at_once.mean, one_by_one.mean);
     EXPECT_EQ(at_once.squares, one_by_one.squares);
   }
-}
-
-TEST(Sums, TransparentImagesHaveAlpha) {
-  Settings settings = with({Aov::depth});
-  EXPECT_EQ(recorded_aovs(settings), std::set<Aov>{Aov::depth});
-  settings.transparent = true;
-  EXPECT_EQ(recorded_aovs(settings), (std::set<Aov>{Aov::depth, Aov::alpha}));
-  EXPECT_TRUE(Sums(kOne, settings).totals.has(Aov::alpha));
-  EXPECT_FALSE(Sums(kOne, settings).totals.has(Aov::depth)) << "it isn't a mean";
 }
 
 }  // namespace

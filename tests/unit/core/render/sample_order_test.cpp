@@ -17,7 +17,7 @@ TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
         const Pass pass(90, 90, {2, samples});
         SampleOrder order(rect, pass);
         std::map<std::pair<std::int32_t, std::int32_t>, std::uint32_t> seen;
-        std::vector<Sample> some;
+        std::vector<SampleId> some;
         while (order.next(most_samples, most_pixels, some)) {
           ASSERT_TRUE(!some.empty() && some.size() <= most_samples);
           std::size_t pixels = 0;
@@ -43,9 +43,9 @@ TEST(SampleOrder, LeavesOutBlocksThatAreFinished) {
   for (const std::size_t most_pixels : {std::size_t{1}, std::size_t{1000}}) {
     SampleOrder order({5, 3, 37, 29}, pass);
     std::uint64_t all = 0;
-    std::vector<Sample> some;
+    std::vector<SampleId> some;
     while (order.next(64, most_pixels, some)) {
-      for (const Sample& s : some) {
+      for (const SampleId& s : some) {
         const SampleRange& range = pass.of(s.x, s.y);
         EXPECT_TRUE(s.index >= range.first && s.index < range.end());
       }
@@ -59,7 +59,7 @@ TEST(SampleOrder, LeavesOutBlocksThatAreFinished) {
 TEST(SampleOrder, KeepsNeighboursTogether) {
   const Pass pass(96, 80, {0, 1});
   SampleOrder order({32, 16, 96, 80}, pass);
-  std::vector<Sample> all;
+  std::vector<SampleId> all;
   ASSERT_TRUE(order.next(64 * 64, 64 * 64, all));
   for (const auto& [count, side] : {std::pair<std::size_t, int>{16, 4}, {256, 16}})
     for (auto first = all.begin(); first != all.end(); first += static_cast<std::ptrdiff_t>(count)) {

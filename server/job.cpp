@@ -52,21 +52,21 @@ std::string_view name(EndedBy by) {
 /// What passes say of a job: how much of it is done, what is left, and how good it is by now.
 void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::JobStatus& status) {
   const PassReport passes = job.progress->passes();
-  const std::uint64_t most = samples_of(job.order->settings);
-  const bool has_begun = passes.passes > 0;
-  const bool is_plain = !measures_error(job.order->settings);
+  const auto most = static_cast<double>(samples_of(job.order->settings));
   const auto done = static_cast<double>(status.samples_done);
-  const double low = std::max(done, static_cast<double>(has_begun ? passes.low_total : is_plain ? most : 0));
-  const double high = std::max(done, static_cast<double>(has_begun ? passes.high_total : most));
+  const double pixels = static_cast<double>(status.width) * status.height;
+  // Before they begin, nothing is known but what was asked for.
+  const bool has_begun = passes.high_total > 0, may_be_less = measures_error(job.order->settings);
+  const double low = std::max(done, has_begun ? static_cast<double>(passes.low_total) : may_be_less ? pixels : most);
+  const double high = std::max(done, has_begun ? static_cast<double>(passes.high_total) : most);
   const double middle = std::sqrt(low * high);
   status.passes = passes.passes;
-  status.progress = middle == 0 ? 0 : done / middle;
-  status.progress_range = {high == 0 ? 0 : done / high, low == 0 ? 0 : done / low};
+  status.progress = done / middle;
+  status.progress_range = {done / high, done / low};
   status.eta = seconds_until(middle, job, now);
   if (status.eta) status.eta_range = proto::Range{*seconds_until(low, job, now), *seconds_until(high, job, now)};
   if (passes.ended_by) status.ended_by = name(*passes.ended_by);
   if (passes.error) status.achieved = proto::Achieved{passes.error->error, {passes.error->low, passes.error->high}};
-  const double pixels = static_cast<double>(status.width) * status.height;
   status.samples_per_pixel = {passes.least, static_cast<double>(passes.samples) / pixels, passes.most};
 }
 

@@ -32,8 +32,10 @@ class Progress {
   };
   /// Adds what has been done, but for what had been done `before`.
   void add(const Done& done, const Done& before);
-  /// When there is a first image of the tile.
+  /// When the tile has all of its samples and all of that has been added.
   void add_tile() { tiles_.fetch_add(1, std::memory_order_release); }
+  /// When no tile will have more.
+  void complete_tiles(std::uint64_t all) { tiles_.store(all, std::memory_order_release); }
 
   /// Exact once the job is completed; while it runs, the figures may be of different moments.
   RayCounts rays() const;

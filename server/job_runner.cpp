@@ -170,6 +170,7 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   const Settings& settings = run->settings;
   run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, std::move(tiles));
   run->passes.emplace(settings);
+  run->job.progress->set_passes(run->passes->report());
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
   run->rendering = std::chrono::steady_clock::now();
   begin_pass(run);
@@ -202,7 +203,7 @@ bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) 
     run->paused.put(std::move(tile));
     return false;
   }
-  if (run->passes->report().passes == 0) run->job.progress->add_tile();
+  if (run->passes->is_last_of(run->context->plan.tiling.tiles[index].rect)) run->job.progress->add_tile();
   if (--run->tiles_left == 0) end_pass(run);
   return true;
 }
@@ -212,6 +213,7 @@ void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   const bool goes_on = run->passes->next(spent.count());
   run->job.progress->set_passes(run->passes->report());
   if (goes_on) return begin_pass(run);
+  run->job.progress->complete_tiles(run->context->plan.tiling.tiles.size());
   run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
   run->passes.reset();
   jobs_.complete(run->job.id, run->structure_use());

@@ -55,6 +55,12 @@ void Passes::store(const Sums& tile) {
   if (sums_) sums_->copy(tile, tile.rect());
 }
 
+bool Passes::is_last_of(PixelRect tile) const {
+  bool is_last = true;
+  pass_->for_blocks_in(tile, [&](PixelRect, const SampleRange& range) { is_last &= range.end() == settings_.samples; });
+  return is_last;
+}
+
 bool Passes::next(double seconds) {
   take_stock();
   auto next = pass_after(seconds);

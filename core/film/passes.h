@@ -38,9 +38,12 @@ class Passes {
 
   const Pass& current() const { return *pass_; }
 
-  /// What the pass asks of a tile that `film` has stored after every pass before.
+  /// What the pass asks of a tile that has been stored, here and in `film`, after every pass before, and not after
+  /// this.
   PassWork work(PixelRect tile, const Film& film) const;
   void store(const Sums& tile);
+  /// Whether a tile's pixels have as many samples as they may after the pass at hand.
+  bool is_last_of(PixelRect tile) const;
 
   /// Goes on to the next pass, `seconds` after the first one was begun. False when there is none: then the image is
   /// done.

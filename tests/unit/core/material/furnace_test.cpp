@@ -35,7 +35,8 @@ double lattice_mean(int count, const F& f) {
 
 /// What comes back of a field of light, by sampling; without the scaling of radiance by 1/eta².
 template <class Radiance>
-double seen(const Bsdf& bsdf, Vec3 wo, const Radiance& radiance, float Rgb::*channel = &Rgb::g, int count = 8192) {
+double seen(const Bsdf& bsdf, Vec3 wo, const Radiance& radiance, float Rgb::*channel = &Rgb::g,
+            int count = effort(8192, 32'768)) {
   return lattice_mean(count, [&](float u_lobe, float x, float y) {
     const auto s = sample(bsdf, wo, u_lobe, {x, y});
     return s ? double{s->weight.*channel} * s->eta_scale * radiance(s->wi) : 0;

@@ -51,8 +51,7 @@ std::string format_duration(double seconds) {
 
 double fraction_done(const proto::JobStatus& status) {
   if (status.state == proto::JobState::completed) return 1;
-  if (status.samples_total == 0) return 0;
-  return std::min(1.0, static_cast<double>(status.samples_done) / static_cast<double>(status.samples_total));
+  return std::min(1.0, status.progress);
 }
 
 std::string progress_line(const proto::JobStatus& status, std::optional<double> mrays_per_second, std::size_t columns) {

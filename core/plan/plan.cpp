@@ -35,7 +35,8 @@ void choose_integrator(Plan& plan, const Settings& settings) {
   }
   const bool whitted = plan.integrator == IntegratorKind::whitted;
   plan.sampler = settings.sampler;
-  if (settings.sampler == SamplerKind::automatic) plan.sampler = whitted ? SamplerKind::grid : SamplerKind::sobol;
+  if (settings.sampler == SamplerKind::automatic)
+    plan.sampler = whitted && !measures_error(settings) ? SamplerKind::grid : SamplerKind::sobol;
   plan.max_depth = settings.max_depth.value_or(whitted ? kWhittedDepth : kPathDepth);
   if (plan.integrator == IntegratorKind::direct) plan.max_depth = std::min(plan.max_depth, kDirectDepth);
 }

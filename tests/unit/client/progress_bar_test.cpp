@@ -8,11 +8,10 @@ namespace {
 using proto::JobState;
 using proto::JobStatus;
 
-JobStatus rendering(std::uint64_t done, std::uint64_t total) {
+JobStatus rendering(double done, double all) {
   JobStatus status;
   status.state = JobState::rendering;
-  status.samples_done = done;
-  status.samples_total = total;
+  status.progress = all == 0 ? 0 : done / all;
   return status;
 }
 

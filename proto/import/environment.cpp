@@ -16,7 +16,7 @@ namespace tessera::proto {
 namespace {
 
 /// Larger than any map that fits into a scene's memory.
-constexpr std::uintmax_t kLargestFile = 4ULL << 30;
+constexpr std::uintmax_t kLargestMap = 4ULL << 30;
 
 Problem cannot_read(std::string_view name, const std::string& why) {
   const std::string detail = printable(std::string(name) + " can't be read as an environment: " + why);
@@ -29,7 +29,7 @@ Result<std::shared_ptr<const EnvironmentMap>> import_environment(const std::file
                                                                  std::string_view display_name, std::uint64_t max_bytes,
                                                                  std::stop_token stop) {
   try {
-    const std::string bytes = read_file(path, display_name, kLargestFile, stop);
+    const std::string bytes = read_file(path, display_name, kLargestMap, stop);
     auto read = read_environment(std::as_bytes(std::span(bytes)), max_bytes);
     if (const auto* why = std::get_if<std::string>(&read)) return cannot_read(display_name, *why);
     return std::make_shared<const EnvironmentMap>(std::get<EnvironmentMap>(std::move(read)));

@@ -173,7 +173,7 @@ TEST(CameraRays, SpreadSamplesOverTheCircleOfConfusion_Stress64) {
   constexpr float kFocus = 2;
   constexpr std::uint32_t kSamples = 1024;
   constexpr std::int32_t kPixels = 40;
-  constexpr double kDepth = 4, kBall = 0.4;
+  constexpr double kDepth = 4, kSeenBall = 0.4;
   const CameraRays camera = down_z({0.8F, kFocus}, kPixels);
   const double pixel = 2.0 / kPixels;  // at depth 1
   const Sampler sampler({.samples = kSamples});
@@ -184,14 +184,14 @@ TEST(CameraRays, SpreadSamplesOverTheCircleOfConfusion_Stress64) {
         const SampleId id{x, y, i};
         const PixelOffset offset = sampler.film(id);
         const Vec3d p = point_at(camera.ray(x + offset.x, y + offset.y, sampler.two(id, kLensDimension)), kDepth);
-        if (p.x * p.x + p.y * p.y > kBall * kBall) continue;
+        if (p.x * p.x + p.y * p.y > kSeenBall * kSeenBall) continue;
         const double from_x = x + offset.x - kPixels / 2.0, from_y = y + offset.y - kPixels / 2.0;
         ++hits;
         sum_x += from_x;
         sum_y += from_y;
         squares += from_x * from_x + from_y * from_y;
       }
-  const double circle = 0.8 * std::abs(1 / 2.0 - 1 / kDepth) / pixel, disk = kBall / kDepth / pixel;
+  const double circle = 0.8 * std::abs(1 / 2.0 - 1 / kDepth) / pixel, disk = kSeenBall / kDepth / pixel;
   EXPECT_NEAR(hits / (std::numbers::pi * disk * disk * kSamples), 1, 0.02) << "light is spread, not lost";
   EXPECT_NEAR(sum_x / hits, 0, 0.06);
   EXPECT_NEAR(sum_y / hits, 0, 0.06);

@@ -42,51 +42,89 @@ Estimate estimate_of(Rgb first, Rgb second, std::uint32_t samples) {
   return out;
 }
 
-/// Rows of estimates, of which three are held at a time.
+/// What some pixels have in a channel, summed.
+struct Neighbours {
+  double count = 0, color = 0, squares = 0, variance = 0;
+
+  void add(const Estimate& pixel, std::size_t channel) {
+    count += 1;
+    color += pixel.color[channel];
+    squares += pixel.color[channel] * pixel.color[channel];
+    variance += pixel.variance[channel];
+  }
+  void add(const Neighbours& others) {
+    count += others.count;
+    color += others.color;
+    squares += others.squares;
+    variance += others.variance;
+  }
+};
+
+/// The estimates of one row after the other, and of each pixel's neighbours.
 class Rows {
  public:
-  Rows(const Sums& sums, const Pass& done) : sums_(sums), done_(done) {
+  Rows(const Sums& sums, const Pass& done)
+      : sums_(sums), done_(done), above_and_below_(static_cast<std::size_t>(done.width)) {
     for (auto& row : rows_) row.resize(static_cast<std::size_t>(done.width));
+    load(0);
   }
 
-  void load(std::int32_t y) {
-    std::vector<Estimate>& row = rows_[static_cast<std::size_t>(y % 3)];
-    std::size_t pixel = sums_.totals.index(0, y);
-    for (std::int32_t x = 0; x < done_.width; ++x, ++pixel)
-      row[static_cast<std::size_t>(x)] =
-          estimate_of(sums_.totals.color[pixel], sums_.second[pixel], done_.of(x, y).end());
+  /// Goes to row `y`, which is 0 or the one that follows.
+  void go_to(std::int32_t y) {
+    y_ = y;
+    if (y + 1 < done_.height) load(y + 1);
+    for (std::size_t x = 0; x < above_and_below_.size(); ++x) {
+      above_and_below_[x] = {};
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (y > 0) above_and_below_[x][c].add(row(y - 1)[x], c);
+        if (y + 1 < done_.height) above_and_below_[x][c].add(row(y + 1)[x], c);
+      }
+    }
   }
-  const Estimate& at(std::int32_t x, std::int32_t y) const {
-    return rows_[static_cast<std::size_t>(y % 3)][static_cast<std::size_t>(x)];
+
+  const Estimate& at(std::size_t x) const { return row(y_)[x]; }
+
+  /// Of the up to eight pixels around one of this row.
+  Neighbours around(std::size_t x, std::size_t channel) const {
+    Neighbours all = above_and_below_[x][channel];
+    const auto add = [&](std::size_t beside) {
+      all.add(above_and_below_[beside][channel]);
+      all.add(row(y_)[beside], channel);
+    };
+    if (x > 0) add(x - 1);
+    if (x + 1 < above_and_below_.size()) add(x + 1);
+    return all;
   }
 
  private:
+  const std::vector<Estimate>& row(std::int32_t y) const { return rows_[static_cast<std::size_t>(y % 3)]; }
+
+  void load(std::int32_t y) {
+    std::size_t pixel = sums_.totals.index(0, y);
+    std::int32_t x = 0;
+    for (Estimate& estimate : rows_[static_cast<std::size_t>(y % 3)]) {
+      estimate = estimate_of(sums_.totals.color[pixel], sums_.second[pixel], done_.of(x++, y).end());
+      ++pixel;
+    }
+  }
+
   const Sums& sums_;
   const Pass& done_;
+  std::int32_t y_ = 0;
   std::array<std::vector<Estimate>, 3> rows_;
+  std::vector<std::array<Neighbours, 3>> above_and_below_;
 };
 
 /// What relMSE's denominator is made of: the pixel's converged colour, as far as that can be told. The pixel's own
 /// colour is bright just where its noise is, so that its error would look smaller than it is; what its neighbours show
 /// has noise of its own. The colour is drawn towards theirs as far as noise explains their differences (James & Stein
 /// 1961).
-double reference(const Rows& rows, const Pass& image, std::int32_t x, std::int32_t y, std::size_t channel) {
-  const Estimate& own = rows.at(x, y);
-  double count = 0, sum = 0, squares = 0, noise = own.variance[channel];
-  for (std::int32_t v = std::max(y - 1, 0); v <= std::min(y + 1, image.height - 1); ++v)
-    for (std::int32_t u = std::max(x - 1, 0); u <= std::min(x + 1, image.width - 1); ++u) {
-      if (u == x && v == y) continue;
-      const Estimate& other = rows.at(u, v);
-      const double color = other.color[channel];
-      count += 1;
-      sum += color;
-      squares += color * color;
-      noise += other.variance[channel];
-    }
-  if (count < 2 || noise == 0) return own.color[channel];
-  const double mean = sum / count, spread = std::max(0.0, squares - sum * mean) / (count - 1);
-  const double drawn = std::min(1.0, noise / (count + 1) / std::max(spread, 1e-300));
-  return own.color[channel] + drawn * (mean - own.color[channel]);
+double reference(const Estimate& own, const Neighbours& others, std::size_t channel) {
+  if (others.count < 2) return own.color[channel];
+  const double mean = others.color / others.count,
+               noise = (own.variance[channel] + others.variance) / (others.count + 1);
+  const double spread = std::max(others.squares - others.color * mean, 1e-300) / (others.count - 1);
+  return own.color[channel] + std::min(1.0, noise / spread) * (mean - own.color[channel]);
 }
 
 /// Of the terms of pixels, each the sum over its channels.
@@ -138,21 +176,20 @@ std::optional<Convergence> measure(const Sums& sums, const Pass& done) {
   Convergence out;
   out.blocks.resize(done.blocks.size());
   Rows rows(sums, done);
-  rows.load(0);
   Moments moments;
   for (std::int32_t y = 0; y < done.height; ++y) {
-    if (y + 1 < done.height) rows.load(y + 1);
+    rows.go_to(y);
     const auto first_block = static_cast<std::size_t>(y / Pass::kBlock) * static_cast<std::size_t>(done.columns());
-    for (std::int32_t x = 0; x < done.width; ++x) {
+    for (std::size_t x = 0; x < static_cast<std::size_t>(done.width); ++x) {
+      const Estimate& own = rows.at(x);
       double pixel = 0;
       for (std::size_t c = 0; c < 3; ++c) {
-        const double variance = rows.at(x, y).variance[c];
-        if (variance == 0) continue;
-        const double color = reference(rows, done, x, y, c);
-        pixel += variance / (color * color + kRelMseOffset);
+        if (own.variance[c] == 0) continue;
+        const double color = reference(own, rows.around(x, c), c);
+        pixel += own.variance[c] / (color * color + kRelMseOffset);
       }
       moments.add(pixel);
-      out.blocks[first_block + static_cast<std::size_t>(x / Pass::kBlock)] += pixel;
+      out.blocks[first_block + x / Pass::kBlock] += pixel;
     }
   }
   for (std::size_t block = 0; block < out.blocks.size(); ++block)

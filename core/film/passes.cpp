@@ -66,6 +66,7 @@ bool Passes::next(double seconds) {
   auto next = pass_after(seconds);
   if (!next) {
     report_.low_total = report_.high_total = report_.samples;
+    if (!convergence_) look_at_error();
     return false;
   }
   pass_ = std::make_shared<const Pass>(*std::move(next));
@@ -83,7 +84,13 @@ void Passes::take_stock() {
     report_.most = std::max(report_.most, samples);
     report_.samples += static_cast<std::uint64_t>(pass_->rect_of(block).area()) * samples;
   }
-  if (!sums_) return;
+  if (is_safe()) look_at_error();
+}
+
+bool Passes::is_safe() const { return report_.least >= safe_samples(settings_); }
+
+void Passes::look_at_error() {
+  if (!sums_ || !measures_error(settings_)) return;
   convergence_ = measure(*sums_, *pass_);
   const bool may_claim = convergence_ && std::isinf(settings_.clamp);
   report_.error = may_claim ? std::optional(convergence_->estimate) : std::nullopt;
@@ -96,15 +103,13 @@ std::optional<Pass> Passes::pass_after(double seconds) {
   };
   const std::uint64_t pixels = pixels_of(settings_), most = pixels * settings_.samples;
   if (report_.samples == most) return end(EndedBy::samples);
-  const bool is_safe = report_.least >= safe_samples(settings_);
-  if (settings_.error && report_.error && is_safe && report_.error->high <= *settings_.error)
-    return end(EndedBy::error);
+  if (settings_.error && report_.error && report_.error->high <= *settings_.error) return end(EndedBy::error);
   if (settings_.seconds && seconds >= *settings_.seconds) return end(EndedBy::seconds);
 
   const double done = static_cast<double>(report_.samples), n = done / static_cast<double>(pixels);
   double total = measures_error(settings_) ? 2 * n : next_plain(n);
   report_.low_total = report_.high_total = most;
-  if (settings_.error && report_.error && is_safe) {
+  if (settings_.error && report_.error) {
     // Errors fall with the root of the number of samples, or with well-spread ones up to as fast as the number grows.
     const double asked = *settings_.error;
     const double low = done * std::max(1.0, report_.error->low / asked);
@@ -121,7 +126,7 @@ std::optional<Pass> Passes::pass_after(double seconds) {
     budget = std::min(budget, kUsedTime * (in_time - done));
     if (budget < kLeastPass * static_cast<double>(pixels)) return end(EndedBy::seconds);
   }
-  const bool by_block = measures_error(settings_) && settings_.adaptive && convergence_ && is_safe;
+  const bool by_block = measures_error(settings_) && settings_.adaptive && convergence_;
   if (by_block) {
     const auto samples =
         distribute(convergence_->blocks, *pass_, static_cast<std::uint64_t>(budget), settings_.samples);

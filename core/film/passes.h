@@ -23,7 +23,7 @@ struct PassReport {
   std::uint64_t samples = 0;           ///< of all pixels together;
   std::uint64_t low_total = 0;         ///< and when the image will be done: between this,
   std::uint64_t high_total = 0;        ///< and this.
-  std::optional<ErrorEstimate> error;  ///< Nothing where it isn't measured, or can't be claimed.
+  std::optional<ErrorEstimate> error;  ///< Nothing where it isn't measured, or can't be claimed, or not yet.
   std::optional<EndedBy> ended_by;     ///< Nothing as long as there is a pass to be done.
 };
 
@@ -58,6 +58,9 @@ class Passes {
  private:
   std::optional<Pass> pass_after(double seconds);
   void take_stock();
+  /// Whether there are samples enough for the error that they show to be believed.
+  bool is_safe() const;
+  void look_at_error();
 
   Settings settings_;
   std::shared_ptr<const Pass> pass_;

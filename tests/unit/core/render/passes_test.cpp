@@ -22,6 +22,9 @@ Settings small(std::uint32_t samples) {
   settings.samples = samples;
   settings.tile_size = 13;
   for (const AovEntry& row : aov_table()) settings.aovs.insert(row.aov);
+  // Structures count what they test, and that depends on how many rays go together.
+  settings.aovs.erase(Aov::cost_volumes);
+  settings.aovs.erase(Aov::cost_primitives);
   return settings;
 }
 
@@ -118,33 +121,38 @@ TEST(RenderInPasses, UntilAnErrorIsOneImage_Stress52_Stress78) {
   Settings settings = small(1 << 12);
   settings.aovs = {Aov::sample_count};
   settings.integrator = IntegratorKind::path;
-  settings.error = 0.1F;
+  settings.width = 96;  // As many pixels as make a few samples of each enough for their errors to be believed.
+  settings.height = 80;
+  settings.error = 0.06F;
   const Done reference = render(settings);
   EXPECT_EQ(reference.report.ended_by, EndedBy::error);
-  EXPECT_LE(reference.report.error->high, 0.1F);
+  EXPECT_LE(reference.report.error->high, 0.06F);
   const auto& counts = reference.pixels.plane<std::uint32_t>(Aov::sample_count);
   EXPECT_NE(*std::ranges::min_element(counts), *std::ranges::max_element(counts)) << "samples went where they were due";
   EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), reference.report.samples);
-  std::uint64_t order = 1;
-  for (const std::uint32_t tile : {1U, 7U, 16U, 64U})
-    for (const unsigned threads : {1U, 2U, 3U, 8U}) {
-      if (tile == 1 && threads != 3) continue;
-      settings.tile_size = tile;
-      settings.accel.kind = threads % 2 == 1 ? AccelKind::bvh : AccelKind::grid;
-      const Done other = render(settings, {threads, order++, threads == 2});
-      EXPECT_TRUE(same_bytes(reference.pixels, other.pixels)) << "tiles of " << tile << ", " << threads << " threads";
-      EXPECT_EQ(other.report.samples, reference.report.samples);
-      EXPECT_EQ(other.report.passes, reference.report.passes);
-      EXPECT_EQ(other.report.error->error, reference.report.error->error);
-    }
+  struct Way {
+    std::uint32_t tile_size;
+    AccelKind accel;
+    Work work;
+  };
+  for (const Way& way : {Way{1, AccelKind::grid, {3, 1, false}}, Way{7, AccelKind::bvh, {1, 2, true}},
+                         Way{16, AccelKind::kd, {8, 3, false}}, Way{64, AccelKind::wide, {2, 4, false}}}) {
+    settings.tile_size = way.tile_size;
+    settings.accel.kind = way.accel;
+    const Done other = render(settings, way.work);
+    EXPECT_TRUE(same_bytes(reference.pixels, other.pixels)) << "tiles of " << way.tile_size;
+    EXPECT_EQ(other.report.samples, reference.report.samples);
+    EXPECT_EQ(other.report.passes, reference.report.passes);
+    EXPECT_EQ(other.report.error->error, reference.report.error->error);
+  }
 }
 
 /// Stopped in the middle of any pass, with what is between passes kept, and resumed in another context.
 TEST(RenderInPasses, StoppedAndResumedIsOneImage_Stress53_Stress77) {
   for (const bool measured : {false, true}) {
-    Settings settings = small(measured ? 1 << 10 : 40);
+    Settings settings = small(measured ? 100 : 40);
     settings.integrator = IntegratorKind::path;
-    if (measured) settings.error = 0.2F;
+    if (measured) settings.error = 0.01F;
     const Done reference = render(settings);
     for (std::uint32_t stop_after = 0; stop_after < reference.report.passes; ++stop_after) {
       const RenderContext before = context_for(settings);
@@ -170,7 +178,7 @@ TEST(RenderInPasses, StoppedAndResumedIsOneImage_Stress53_Stress77) {
         }
       do render_pass(after, kept, resumed, {3, stop_after + 99});
       while (kept.next(0));
-      EXPECT_TRUE(same_bytes(reference.pixels, resumed.pixels())) << "stopped in pass " << stop_after;
+      EXPECT_TRUE(same_bytes(reference.pixels, resumed.pixels())) << "stopped after " << stop_after << " passes";
       EXPECT_EQ(kept.report().samples, reference.report.samples);
     }
   }

@@ -17,9 +17,10 @@
 #include "tests/support/random.h"
 #include "tests/support/statistics.h"
 
-namespace tessera {
+namespace tessera::light_checks {
 
 inline constexpr double kPi = std::numbers::pi;
+inline constexpr Vec3 kUp{0, 0, 1};
 
 /// A material that sends out light.
 inline Material glowing(Rgb emission = {1, 1, 1}, bool both_sides = false) {
@@ -206,4 +207,4 @@ inline void expect_mean(const Moments& found, double right) {
   EXPECT_TRUE(is_rounded || t_test(found, right) > 1e-3) << found.mean() << " instead of " << right;
 }
 
-}  // namespace tessera
+}  // namespace tessera::light_checks

@@ -6,10 +6,8 @@
 #include "tests/support/scenes.h"
 #include "tests/unit/core/light/light_checks.h"
 
-namespace tessera {
+namespace tessera::light_checks {
 namespace {
-
-constexpr Vec3 kUp{0, 0, 1};
 
 TEST(LightTable, AnEmptySceneHasNoLight) {
   const auto scene = SceneBuilder().add(Sphere{}).light(AmbientLight{{1, 1, 1}}).build();
@@ -249,4 +247,4 @@ TEST(LightTable, TinyAndHugeScenesAreAlike) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::light_checks

@@ -144,7 +144,7 @@ Plan make_plan(const Scene& scene, const Camera& camera, const Settings& setting
   const StrictFloats strict;
   Plan plan;
   plan.primitives = count_primitives(scene);
-  plan.tiling = make_tiling(scene, CameraRays(camera, settings.width, settings.height), settings);
+  plan.tiling = make_tiling(scene, camera, settings);
   plan.features = features_of(scene);
   choose_integrator(plan, settings);
   choose_accel(plan, scene, settings);

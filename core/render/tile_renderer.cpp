@@ -150,7 +150,8 @@ void TileRenderer::trace_first_level() {
   camera_.clear();
   for (const SampleId& s : samples_) {
     const PixelOffset offset = context_.filter.sample(context_.sampler.film(s));
-    camera_.add(s.x + offset.x, s.y + offset.y);
+    const Vec2 lens = context_.rays.has_lens() ? context_.sampler.two(s, kLensDimension) : Vec2();
+    camera_.add(s.x + offset.x, s.y + offset.y, lens);
   }
   hits_.resize(camera_.size());
   if (tile_.first_level == FirstLevel::nothing) {

@@ -65,5 +65,13 @@ TEST(FormatDuration, PicksItsUnits) {
   EXPECT_EQ(format_duration(3725), "1 h 02 min");
 }
 
+TEST(FormatQuality, TellsTheErrorWhereItIsKnown) {
+  proto::JobStatus status;
+  EXPECT_EQ(format_quality(status), "");
+  status.samples_per_pixel.mean = 148.25;
+  status.achieved = {0.009718, {0.00918, 0.010299}};
+  EXPECT_EQ(format_quality(status), ", 148.2 samples a pixel, error 0.00972 (0.00918 to 0.0103)");
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -59,7 +59,7 @@ PassWork all_samples(const RenderContext& context, std::size_t tile) {
   return {std::move(pass), context.plan.tiling.tiles[tile].rect, settings};
 }
 
-std::vector<PixelRect> rects(const RenderContext& context) {
+std::vector<PixelRect> tile_rects(const RenderContext& context) {
   std::vector<PixelRect> out;
   for (const Tile& tile : context.plan.tiling.tiles) out.push_back(tile.rect);
   return out;
@@ -149,7 +149,7 @@ TEST(Tiles, InAnyOrderOnAnyThreadsGiveTheSameImage_Stress52_Stress53) {
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
       Random random(seed);
       for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.bits() % i]);
-      Film film(context.settings.width, context.settings.height, context.settings.aovs, rects(context));
+      Film film(context.settings.width, context.settings.height, context.settings.aovs, tile_rects(context));
       std::vector<std::jthread> pool;
       for (std::size_t t = 0; t < 3; ++t)
         pool.emplace_back([&, t] {

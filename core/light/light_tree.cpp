@@ -11,8 +11,10 @@
 namespace tessera {
 namespace {
 
-// A branch's link: the light that it is, or the node that it leads to, and whether it emits on both sides.
-constexpr std::uint32_t kIsLight = 0x80000000, kBothSides = 0x40000000, kIndex = 0x3FFFFFFF;
+// A branch's link: the light that it is, or the node that it leads to, whether it emits on both sides, and whether it
+// and its neighbour are two pieces of one flat light: then their shares are those of their intensities, from
+// everywhere.
+constexpr std::uint32_t kIsLight = 0x80000000, kBothSides = 0x40000000, kIsPiece = 0x20000000, kIndex = 0x1FFFFFFF;
 
 /// Of what cosines are kept in. They are rounded down, unless rounding alone makes them less than whole.
 constexpr double kCosineUnit = 127, kNearlyWhole = 0x1p-10;
@@ -109,6 +111,10 @@ double LightTree::importance(const Branch& branch, Vec3d point, Vec3d normal) {
 }
 
 LightTree::Shares LightTree::shares(const Node& node, Vec3d point, Vec3d normal) {
+  if (node.branches[0].link & kIsPiece) {
+    const double a = node.branches[0].intensity, b = node.branches[1].intensity;
+    return {{a / (a + b), b / (a + b)}};
+  }
   const double first = importance(node.branches[0], point, normal);
   const double second = importance(node.branches[1], point, normal);
   if (!(first + second > 0)) return {{0.5, 0.5}};
@@ -232,7 +238,20 @@ class LightTree::Builder {
       }
       tree_.nodes_[index].branches[second] = branch;
     }
+    if (items.size() == 2 && are_pieces(items[0].bounds, items[1].bounds))
+      tree_.nodes_[index].branches[0].link |= kIsPiece;
     return index;
+  }
+
+  /// Whether they face the same way, and lie side by side.
+  static bool are_pieces(const LightBounds& a, const LightBounds& b) {
+    constexpr float kSameWay = 0.999F;
+    if (a.both_sides != b.both_sides || std::min(a.cos_spread, b.cos_spread) < kSameWay ||
+        std::min(a.cos_reach, b.cos_reach) != std::max(a.cos_reach, b.cos_reach) || dot(a.axis, b.axis) < kSameWay)
+      return false;
+    Aabb both = a.box;
+    both.extend(b.box);
+    return length(both.diagonal()) <= length(a.box.diagonal()) + length(b.box.diagonal());
   }
 
   Branch branch_of(Items items) const {

@@ -14,7 +14,7 @@ namespace tessera {
 /// No light is left out that may send anything. Immutable, safe from any thread; 72 bytes a light.
 class LightTree {
  public:
-  /// Lights without intensity are never picked. O(n log n). At most 2^30 lights.
+  /// Lights without intensity are never picked. O(n log n). At most 2^29 lights.
   explicit LightTree(std::span<const LightBounds> lights);
 
   /// How many lights may be picked.

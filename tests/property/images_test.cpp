@@ -102,7 +102,7 @@ TEST(Images, AreTheSameInEveryStructureAndBound_Stress54) {
 /// Cameras and filters whose samples see more, or less, than a pinhole through its own pixel.
 TEST(Images, AreTheSameThroughLensesFiltersAndClipping_Stress42_Stress64) {
   auto through = std::get<PerspectiveCamera>(mixed_camera());
-  through.lens = {0.4F, 4};
+  through.lens = {0.8F, 2};
   auto clipped = through;
   clipped.clipping = {3.5F, 6};
   auto calibrated = std::get<PerspectiveCamera>(mixed_camera());

@@ -17,7 +17,7 @@ struct Place {
 
 std::vector<Place> anywhere() {
   Random random(1);
-  std::vector<Place> places(300);
+  std::vector<Place> places(60);
   for (Place& p : places) p = {random.uniform(0, kImageSide), random.uniform(0, kImageSide), uniform_pair(random)};
   return places;
 }
@@ -40,7 +40,7 @@ std::vector<Camera> lensed_and_clipped() {
 }
 
 /// A lone mesh, which structures may treat in a way of their own.
-std::shared_ptr<const Scene> lone_mesh() { return SceneBuilder().add(icosphere(3, 1.5F)).build(); }
+std::shared_ptr<const Scene> lone_mesh() { return SceneBuilder().add(icosphere(2, 1.5F)).build(); }
 
 bool are_same(const Ray& a, const Ray& b) {
   return a.origin == b.origin && a.direction == b.direction && a.t_min == b.t_min && a.t_max == b.t_max;
@@ -70,8 +70,8 @@ TEST(CameraBatch, IsTheCamerasRays) {
         }
       }
     }
-    EXPECT_GT(hit, 500);
-    EXPECT_GT(missed, 500);
+    EXPECT_GT(hit, 100);
+    EXPECT_GT(missed, 100);
   }
 }
 

@@ -151,7 +151,7 @@ void TileRenderer::begin_chunk() {
   record_aovs();
   radiance_.resize(camera_.size());
   covered_.resize(camera_.size());
-  for (std::size_t i = 0; i < hits_.size(); ++i) covered_[i] = hits_[i].t < kInfinity;
+  for (std::size_t i = 0; i < hits_.size(); ++i) covered_[i] = hits_[i].t < kInfinity ? 1 : 0;
   integrator_->begin(samples_, camera_.rays(), hits_, {radiance_, covered_});
 }
 
@@ -160,7 +160,7 @@ void TileRenderer::end_chunk() {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (!alpha.empty()) alpha[pixel(samples_[i])] += covered_[i];
     Rgb& sum = result_.pixels.color[pixel(samples_[i])];
-    const bool is_hidden = context_.settings.transparent && !covered_[i];
+    const bool is_hidden = context_.settings.transparent && covered_[i] == 0;
     sum = sum + (is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));

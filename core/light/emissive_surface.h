@@ -28,7 +28,8 @@ struct SurfaceSample {
 std::optional<SurfaceSample> sample_surface(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec2 u);
 
 /// The density with which `sample_surface` chooses the direction (unit) from `from` in which the primitive lies at
-/// `distance`, where its geometric normal is `normal`; finite.
+/// `distance`, where its geometric normal is `normal`; finite. 0 for what it never chooses: the far side of a sphere
+/// seen from outside.
 double surface_pdf(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec3 direction, double distance,
                    Vec3d normal);
 

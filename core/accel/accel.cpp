@@ -1,5 +1,7 @@
 #include "core/accel/accel.h"
 
+#include <cmath>
+
 namespace tessera {
 
 void Accel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
@@ -20,6 +22,13 @@ void Accel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Ca
 
 void Accel::occluded_fan(Vec3, std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const {
   occluded(rays, hidden, log);
+}
+
+Ray only_at(const Ray& ray, float t) {
+  Ray at = ray;
+  at.t_min = std::nextafter(t, -kInfinity);
+  at.t_max = std::nextafter(t, kInfinity);
+  return at;
 }
 
 }  // namespace tessera

@@ -64,6 +64,10 @@ class Accel {
   virtual std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
                                            TraceLog log = {}) const = 0;
 
+  /// The next object that the ray meets at the very t of `hit`, in the order of hits: of those with a greater number
+  /// the first. Surfaces that coincide are told apart by that; within an object the first is all there is.
+  virtual std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog log = {}) const = 0;
+
   // Many rays at once: the answers are those of `closest`, `closest_among` and `occluded`, ray by ray; hits[i].t is
   // infinite for a miss, hidden[i] is 1 or 0. Spans are of one length. What a structure gains from knowing the rays
   // together differs; by default it is nothing.
@@ -82,6 +86,9 @@ class Accel {
 
   virtual AccelStats stats() const = 0;
 };
+
+/// The ray where it has just that t, and no other.
+Ray only_at(const Ray& ray, float t);
 
 /// Builds the structure. Precondition: `options.kind` isn't `automatic` (the plan settles that).
 std::unique_ptr<const Accel> make_accel(std::shared_ptr<const Scene> scene, const AccelOptions& options);

@@ -72,6 +72,19 @@ class TwoLevel final : public Accel {
     });
   }
 
+  std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog log) const override {
+    return counted(log, [&](auto tally) -> std::optional<Hit> {
+      const Ray at = only_at(ray, hit.t);
+      if (!is_traceable(at)) return std::nullopt;
+      Hit best{at.t_max};
+      objects_.visit(at, placed_, at.t_max, tally, [&](std::uint32_t object, float) {
+        if (object > hit.object) closest_in(object, at, best, log.tested, tally);
+        return best.t;
+      });
+      return found(best, at);
+    });
+  }
+
   AccelStats stats() const override {
     AccelStats sum = objects_.stats();
     std::uint32_t deepest = 0;

@@ -23,9 +23,9 @@ class Integrator {
   /// What camera rays bring; both of their number, and valid until all is traced.
   struct Output {
     std::span<Rgb> radiance;  ///< That arrives along each, W/(sr m²).
-    /// 1 for rays that hit something; those whose way leads through surfaces that aren't there (`Material::alpha`) and
-    /// then into the background are set to 0.
-    std::span<std::uint8_t> covered;
+    /// How much of what each ray sees isn't background. 1 for rays that hit something; less is set for those whose way
+    /// leads on through surfaces that aren't all there (`Material::alpha`).
+    std::span<float> covered;
   };
 
   /// Begins with a batch of camera rays, each of a sample, given what each hits; `t` is infinite where that is nothing.

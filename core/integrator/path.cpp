@@ -86,7 +86,10 @@ bool PathTracer::go_on() {
   } else if (!paths_.empty()) {
     counts_.scattered += rays_.size();
     hits_.resize(rays_.size());
-    accel_->closest(rays_, hits_, log_);
+    if (has_alpha_)
+      find_behind(*accel_, rays_, passed_, hits_, log_);
+    else
+      accel_->closest(rays_, hits_, log_);
     has_hits_ = true;
     ++vertex_;
     return true;
@@ -100,41 +103,52 @@ bool PathTracer::go_on() {
 
 void PathTracer::shade() {
   std::size_t left = 0;
+  if (has_alpha_) passed_.resize(paths_.size());
   for (std::size_t i = 0; i < paths_.size(); ++i) {
-    if (!shade_path(paths_[i], rays_[i], hits_[i])) continue;
+    const Hit hit = hits_[i];
+    const Next next = shade_path(paths_[i], rays_[i], hit);
+    if (next == Next::nothing) continue;
+    if (next == Next::what_is_behind) rays_[i].t_min = hit.t;
+    if (has_alpha_) passed_[left] = next == Next::what_is_behind ? hit : Hit{};
     paths_[left] = paths_[i];
     rays_[left++] = rays_[i];
   }
   paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(left), paths_.end());
   rays_.resize(left);
+  if (has_alpha_) passed_.resize(left);
 }
 
-bool PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
+PathTracer::Next PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
   // What surfaces choose is unit already.
   const Vec3 direction =
       vertex_ > 0 && !path.is_direct ? ray.direction : UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   if (hit.t == kInfinity) {
     add_escaped(path, direction);
-    return false;
+    return Next::nothing;
   }
   const Material& material = scene_.materials[scene_.objects[hit.object].material];
-  if (has_alpha_ && material.alpha < 1 && path.numbers.one(dimension(vertex_, Decision::alpha)) >= material.alpha) {
-    ray = beyond(scene_, ray, hit);
-    return true;
-  }
+  const bool passes = has_alpha_ && material.alpha < 1;
+  // Where the path can only go on behind, both its shares are known, and nothing has to be drawn.
+  const bool is_shade = passes && is_black(material.surface);
+  if (passes && !is_shade && path.numbers.one(dimension(vertex_, Decision::alpha)) >= material.alpha)
+    return Next::what_is_behind;
   const Vertex at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction, {hit.object, hit.primitive},
                   material);
-  if (!material.emission.is_black()) add_emitted(path, at);
-  if (path.depth == options_.max_depth) return false;
+  if (!material.emission.is_black()) add_emitted(path, at, is_shade ? material.alpha : 1);
+  if (is_shade) {
+    path.throughput = path.throughput * (1 - material.alpha);
+    return path.throughput.is_black() ? Next::nothing : Next::what_is_behind;
+  }
+  if (path.depth == options_.max_depth) return Next::nothing;
   path.is_direct = false;
   sample_light(path, at);
   ++path.depth;
-  return scatter(path, ray, at);
+  return scatter(path, ray, at) ? Next::its_ray : Next::nothing;
 }
 
 void PathTracer::add_escaped(const Path& path, Vec3 direction) {
   if (path.is_direct) {
-    out_.covered[path.sum] = 0;
+    out_.covered[path.sum] = 1 - path.throughput.g;
     if (options_.hides_background) return;
   }
   Rgb radiance = lights_.escaped(direction);
@@ -143,7 +157,7 @@ void PathTracer::add_escaped(const Path& path, Vec3 direction) {
   add(path.sum, path.throughput * radiance);
 }
 
-void PathTracer::add_emitted(const Path& path, const Vertex& at) {
+void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
   const Vec3 direction = -at.shading.to_viewer;
   const SurfacePoint& surface = at.shading.surface;
   Rgb radiance = lights_.emitted(at.primitive, direction, surface.geometric_normal);
@@ -152,7 +166,7 @@ void PathTracer::add_emitted(const Path& path, const Vertex& at) {
     radiance = radiance *
                mis_weight(path.pdf, lights_.pdf_hit(path.from, path.from_normal, direction, at.primitive,
                                                     length(surface.position - path.from), surface.geometric_normal));
-  add(path.sum, path.throughput * radiance);
+  add(path.sum, path.throughput * radiance * share);
 }
 
 void PathTracer::sample_light(const Path& path, const Vertex& at) {

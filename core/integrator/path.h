@@ -54,12 +54,15 @@ class PathTracer final : public Integrator {
   };
   struct Vertex;
 
+  /// How a path goes on: not at all, with a ray of its own, or with the same one behind what it has hit.
+  enum class Next { nothing, its_ray, what_is_behind };
+
   void shade();
-  /// Lets the path go on with `ray`; false where it ends.
-  bool shade_path(Path& path, Ray& ray, const Hit& hit);
+  Next shade_path(Path& path, Ray& ray, const Hit& hit);
   void add_escaped(const Path& path, Vec3 direction);
-  void add_emitted(const Path& path, const Vertex& at);
+  void add_emitted(const Path& path, const Vertex& at, float share);
   void sample_light(const Path& path, const Vertex& at);
+  /// Gives the path its next ray; false where it ends.
   bool scatter(Path& path, Ray& ray, const Vertex& at);
   static bool survives(Path& path, float number);
   std::optional<Ray> leaving(const Vertex& at, Vec3 direction, bool reflects);
@@ -80,6 +83,7 @@ class PathTracer final : public Integrator {
   std::vector<Path> paths_;
   std::vector<Ray> rays_;
   std::vector<Hit> hits_;
+  std::vector<Hit> passed_;  ///< For each ray, where there is alpha: see `find_behind`.
   ShadowBatch shadows_;
 };
 

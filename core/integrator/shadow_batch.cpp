@@ -25,11 +25,12 @@ void ShadowBatch::trace(const Accel& accel, std::span<Rgb> sums, RayCounts& coun
 /// Surface by surface, each of which takes its share.
 void ShadowBatch::pass_alpha(const Accel& accel, RayCounts& counts, TraceLog log) {
   passing_rays_.assign(rays_.begin(), rays_.end());
+  passed_.assign(rays_.size(), Hit{});
   passing_.resize(rays_.size());
   for (std::uint32_t i = 0; i < rays_.size(); ++i) passing_[i] = i;
   while (!passing_.empty()) {
     hits_.resize(passing_.size());
-    accel.closest(passing_rays_, hits_, log);
+    find_behind(accel, passing_rays_, passed_, hits_, log);
     std::size_t left = 0;
     for (std::size_t i = 0; i < passing_.size(); ++i) {
       const std::uint32_t ray = passing_[i];
@@ -40,12 +41,15 @@ void ShadowBatch::pass_alpha(const Accel& accel, RayCounts& counts, TraceLog log
       lights_[ray].radiance = lights_[ray].radiance * (1 - alpha);
       hidden_[ray] = lights_[ray].radiance.is_black();
       if (hidden_[ray]) continue;
-      passing_rays_[left] = beyond(scene_, passing_rays_[i], hits_[i]);
+      passing_rays_[left] = passing_rays_[i];
+      passing_rays_[left].t_min = hits_[i].t;
+      passed_[left] = hits_[i];
       passing_[left++] = ray;
     }
     counts.shadow += left;
     passing_.resize(left);
     passing_rays_.resize(left);
+    passed_.resize(left);
   }
 }
 

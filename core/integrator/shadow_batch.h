@@ -42,6 +42,7 @@ class ShadowBatch {
   std::vector<Hit> hits_;
   std::vector<std::uint32_t> passing_;
   std::vector<Ray> passing_rays_;
+  std::vector<Hit> passed_;
 };
 
 }  // namespace tessera

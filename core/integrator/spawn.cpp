@@ -59,12 +59,11 @@ Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away) {
   return origin;
 }
 
-Ray beyond(const Scene& scene, const Ray& ray, const Hit& hit) {
-  const SurfacePoint at = world_surface(scene, hit.object, hit.primitive, ray, hit.t);
-  const Vec3 origin = spawn_origin(at, to_double(ray.direction));
-  const Vec3 normal =
-      to_float(dot(at.geometric_normal, to_double(ray.direction)) < 0 ? -at.geometric_normal : at.geometric_normal);
-  return {origin, ray.direction, 0, ray.t_max - hit.t, left_by(ray.direction, normal, {hit.object, hit.primitive})};
+void find_behind(const Accel& accel, std::span<const Ray> rays, std::span<const Hit> passed, std::span<Hit> hits,
+                 TraceLog log) {
+  accel.closest(rays, hits, log);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (passed[i].t < kInfinity) hits[i] = accel.coincident(rays[i], passed[i], log).value_or(hits[i]);
 }
 
 PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "core/accel/accel.h"
 #include "core/geometry/surface_point.h"
 #include "core/math/ray.h"
@@ -19,7 +21,10 @@ Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away = {});
 /// What a ray leaves that starts at `spawn_origin` on the side of `normal` (unit), for `Ray::leaves`.
 PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface);
 
-/// The rest of a ray behind what it hits, in the same direction; it ends where the ray does.
-Ray beyond(const Scene& scene, const Ray& ray, const Hit& hit);
+/// What rays meet that have passed surfaces as if these weren't there: behind `passed` in the order of hits, where
+/// `t_min` is its t. So none is met twice, and of layers that lie on each other, to the last bit or nearly, each is
+/// met. A ray whose `passed` lies at infinity has met nothing yet.
+void find_behind(const Accel& accel, std::span<const Ray> rays, std::span<const Hit> passed, std::span<Hit> hits,
+                 TraceLog log);
 
 }  // namespace tessera

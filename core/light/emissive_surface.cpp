@@ -101,11 +101,19 @@ std::optional<Ball> ball(const Object& object, const Sphere& sphere) {
   return Ball{center, sphere.radius * std::sqrt(square)};
 }
 
+/// From points so little outside of a ball it is seen as from inside. Those of its own surface are among them, which
+/// are off it by roundings: they see nothing of it but its inside.
+constexpr double kTouching = 1 + 0x1p-16;
+
+/// What lies nearer than this share of its radius isn't sampled from inside: a ray that leaves a point of the surface
+/// for the outside seems to meet it there.
+constexpr double kTooNear = 0x1p-8;
+
 /// The cone that a ball fills, as `uniform_cone` takes it; nothing from inside.
 std::optional<double> one_minus_cos(const Ball& ball, Vec3d from) {
   const Vec3d way = ball.center - from;
   const double square = dot(way, way), inside = ball.radius * ball.radius;
-  if (!(square > inside)) return std::nullopt;
+  if (!(square > inside * kTouching)) return std::nullopt;
   const double sine = inside / square;  // squared
   return sine / (1 + std::sqrt(1 - sine));
 }
@@ -116,10 +124,10 @@ double area_stretch(const Columns& m, Vec3d normal) {
   return std::abs(m.determinant()) / length(transposed);
 }
 
-/// Whether a point, seen from an ellipsoid's centre, is inside.
+/// Whether a point, seen from an ellipsoid's centre, is inside or touches it.
 bool is_inside(Vec3d point, const Columns& m, double radius) {
   const Vec3d local{dot(point, cross(m.y, m.z)), dot(point, cross(m.z, m.x)), dot(point, cross(m.x, m.y))};
-  return length(local) < radius * std::abs(m.determinant());
+  return length(local) <= radius * kTouching * std::abs(m.determinant());
 }
 
 std::optional<SurfaceSample> checked(const SurfaceSample& sample) {
@@ -165,8 +173,9 @@ std::optional<SurfaceSample> sample_ball(const Ball& ball, Vec3d from, Vec2 u) {
   if (!cone) {
     const Vec3d direction = to_double(uniform_sphere(u));
     const double closest = dot(way, direction), rest = ball.radius * ball.radius - dot(way, way);
-    const double chord = std::sqrt(std::max(0.0, closest * closest + rest));
-    return checked({direction * (closest + chord), false, kUniformSpherePdf});
+    const double t = closest + std::sqrt(std::max(0.0, closest * closest + rest));
+    if (!(t > kTooNear * ball.radius)) return std::nullopt;
+    return checked({direction * t, false, kUniformSpherePdf});
   }
   const Vec2 disk = uniform_disk(u);
   const double height = (double{disk.x} * disk.x + double{disk.y} * disk.y) * *cone;
@@ -315,27 +324,28 @@ std::optional<float> t_before(const WorldTriangle& triangle, const Ray& ray, dou
   const Flat flat = flat_of(triangle);
   const double along = dot(flat.cross, to_double(ray.direction));
   const double t = dot(flat.cross, flat.start - to_double(ray.origin)) / along;
-  const double before = t - error * length(flat.cross) / std::abs(along);
-  constexpr double kFar = 0.01;
-  if (!(std::abs(before - 1) <= kFar)) return std::nullopt;
-  return static_cast<float>(before);
+  const double doubt = error * length(flat.cross) / std::abs(along);
+  constexpr double kFar = 0.01, kMuch = 0x1p-18;
+  if (!(std::abs(t - 1) <= kFar && doubt <= kMuch)) return std::nullopt;
+  return static_cast<float>(t - doubt);
 }
 
 double surface_pdf(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec3 direction, double distance,
                    Vec3d normal) {
   const Object& object = scene.objects[primitive.object];
   const Shape& shape = scene.shapes[object.shape];
-  double pdf = 0;
-  const auto* sphere = std::get_if<Sphere>(&shape);
-  const auto round = sphere ? ball(object, *sphere) : std::nullopt;
-  if (round) {
-    const auto cone = one_minus_cos(*round, from);
-    pdf = cone ? 1 / (2 * kPi * *cone) : kUniformSpherePdf;
-  } else {
-    const double from_area =
-        std::visit([&](const auto& s) { return area(object, s, primitive.primitive, normal); }, shape);
-    pdf = distance * distance / (std::abs(dot(to_double(direction), normal)) * from_area);
+  const bool front = dot(to_double(direction), normal) < 0;
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+    if (const auto round = ball(object, *sphere)) {
+      if (const auto cone = one_minus_cos(*round, from)) return front ? 1 / (2 * kPi * *cone) : 0;
+      return !front && distance > kTooNear * round->radius ? kUniformSpherePdf : 0;
+    }
+    const Vec3d from_center = from - point_to_world(object, sphere->center);
+    if (front == is_inside(from_center, Columns(*object.placement), sphere->radius)) return 0;
   }
+  const double from_area =
+      std::visit([&](const auto& s) { return area(object, s, primitive.primitive, normal); }, shape);
+  const double pdf = distance * distance / (std::abs(dot(to_double(direction), normal)) * from_area);
   return std::isfinite(pdf) ? pdf : 0;
 }
 

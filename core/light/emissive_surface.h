@@ -38,11 +38,13 @@ std::optional<SurfaceSample> sample_surface(const WorldTriangle& triangle, Vec3d
 double surface_pdf(const WorldTriangle& triangle, Vec3 direction, double distance);
 
 /// Where `ray`, whose point at t = 1 lies on the triangle but for rounding, comes so near it that a structure may find
-/// it there, `error` (metres) being how far off the structure may see it; nothing where that is far from 1.
+/// it there, `error` (metres) being how far off the structure may see it; nothing where that isn't known well, or far
+/// from 1.
 std::optional<float> t_before(const WorldTriangle& triangle, const Ray& ray, double error);
 
 /// The density with which `sample_surface` chooses the direction (unit) from `from` in which the primitive lies at
-/// `distance`, where its geometric normal is `normal`; finite.
+/// `distance`, where its geometric normal is `normal`; finite. 0 for what it never chooses: the far side of a sphere
+/// seen from outside.
 double surface_pdf(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec3 direction, double distance,
                    Vec3d normal);
 

@@ -129,16 +129,16 @@ void TileRenderer::begin_chunk() {
   record_aovs();
   radiance_.resize(camera_.size());
   covered_.resize(camera_.size());
-  for (std::size_t i = 0; i < hits_.size(); ++i) covered_[i] = hits_[i].t < kInfinity;
+  for (std::size_t i = 0; i < hits_.size(); ++i) covered_[i] = hits_[i].t < kInfinity ? 1 : 0;
   integrator_->begin(samples_, camera_.rays(), hits_, {radiance_, covered_});
 }
 
 void TileRenderer::end_chunk() {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const std::size_t at = pixel(samples_[i]);
-    const bool is_hidden = context_.settings.transparent && !covered_[i];
+    const bool is_hidden = context_.settings.transparent && covered_[i] == 0;
     result_.sums.add(at, samples_[i].index, is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
-    result_.sums.add(Aov::alpha, at, static_cast<float>(covered_[i]));
+    result_.sums.add(Aov::alpha, at, covered_[i]);
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
   fit_chunks();

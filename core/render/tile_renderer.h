@@ -65,7 +65,7 @@ class TileRenderer {
   CameraBatch camera_;
   std::vector<Hit> hits_;
   std::vector<Rgb> radiance_;
-  std::vector<std::uint8_t> covered_;
+  std::vector<float> covered_;
 };
 
 }  // namespace tessera

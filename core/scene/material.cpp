@@ -11,4 +11,10 @@ std::optional<WhittedSurface> whitted_surface(const Surface& surface) {
   return std::nullopt;
 }
 
+bool is_black(const Surface& surface) {
+  if (const auto* diffuse = std::get_if<Diffuse>(&surface)) return diffuse->color.is_black();
+  const auto* s = std::get_if<WhittedSurface>(&surface);
+  return s && s->diffuse.is_black() && s->specular.is_black() && s->reflect.is_black() && s->transmit.is_black();
+}
+
 }  // namespace tessera

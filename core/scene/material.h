@@ -63,4 +63,7 @@ struct Material {
 /// for what he has no rays for; emission and alpha aren't looked at.
 std::optional<WhittedSurface> whitted_surface(const Surface& surface);
 
+/// Whether it gives nothing back of what comes to it, and lets nothing pass.
+bool is_black(const Surface& surface);
+
 }  // namespace tessera

@@ -154,6 +154,19 @@ std::optional<Hit> WideAccel::closest_among(const Ray& ray, std::span<const std:
   return best.t < ray.t_max ? std::optional(best) : std::nullopt;
 }
 
+std::optional<Hit> WideAccel::coincident(const Ray& ray, const Hit& hit, TraceLog log) const {
+  const Ray at = only_at(ray, hit.t);
+  if (!is_traceable(at)) return std::nullopt;
+  Hit best{at.t_max};
+  counted(log, [&](auto tally) {
+    objects_.visit(at, placed_, at.t_max, tally, [&](std::uint32_t object, float) {
+      if (object > hit.object) closest_in(object, at, best, log);
+      return best.t;
+    });
+  });
+  return best.t < at.t_max ? std::optional(best) : std::nullopt;
+}
+
 void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
   if (rays.empty() || (!among && !are_few(all_, false)) || !all_traceable(rays))
     return Accel::closest(rays, hits, log, among);

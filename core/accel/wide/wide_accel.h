@@ -24,6 +24,7 @@ class WideAccel final : public Accel {
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override;
   bool occluded(const Ray& ray, TraceLog log) const override;
   std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects, TraceLog log) const override;
+  std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog log) const override;
   void closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const override;
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log) const override;
   void closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const override;

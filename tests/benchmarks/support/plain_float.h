@@ -20,6 +20,8 @@ class PlainFloat final : public Accel {
   std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>, TraceLog log = {}) const override {
     return closest(ray, log);
   }
+  /// Nothing of that kind is measured.
+  std::optional<Hit> coincident(const Ray&, const Hit&, TraceLog = {}) const override { return std::nullopt; }
   AccelStats stats() const override { return {triangles_.size() * sizeof(Triangle)}; }
 
  private:

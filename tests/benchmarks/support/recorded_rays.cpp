@@ -26,6 +26,9 @@ class RecordingAccel final : public Accel {
   std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects, TraceLog) const override {
     return inner_.closest_among(ray, objects);
   }
+  std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog) const override {
+    return inner_.coincident(ray, hit);
+  }
   AccelStats stats() const override { return inner_.stats(); }
 
  private:

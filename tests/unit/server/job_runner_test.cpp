@@ -174,6 +174,7 @@ TEST_F(JobRunnerTest, AFailedTileFailsItsJobAlone) {
     std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t>, TraceLog log) const override {
       return closest(ray, log);
     }
+    std::optional<Hit> coincident(const Ray&, const Hit&, TraceLog) const override { return std::nullopt; }
     AccelStats stats() const override { return {}; }
   };
   make_ = [](std::shared_ptr<const Scene>, const AccelOptions&) { return std::make_unique<const Broken>(); };

@@ -136,6 +136,7 @@ TEST(StructureCache, CountsWhatHasGrown) {
     std::optional<Hit> closest_among(const Ray&, std::span<const std::uint32_t>, TraceLog) const override {
       return std::nullopt;
     }
+    std::optional<Hit> coincident(const Ray&, const Hit&, TraceLog) const override { return std::nullopt; }
     AccelStats stats() const override { return {.bytes = size_}; }
     const std::uint64_t& size_;
   };

@@ -90,6 +90,9 @@ class Counting final : public Accel {
     count(log, {10, 9, 5, 1, 4});
     return inner_->occluded(ray);
   }
+  std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog) const override {
+    return inner_->coincident(ray, hit);
+  }
   AccelStats stats() const override { return {}; }
 
  private:

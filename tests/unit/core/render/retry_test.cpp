@@ -30,6 +30,9 @@ class StopsAfter final : public Accel {
     count();
     return inner_->occluded(ray, log);
   }
+  std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog log) const override {
+    return inner_->coincident(ray, hit, log);
+  }
   AccelStats stats() const override { return inner_->stats(); }
 
  private:

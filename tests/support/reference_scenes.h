@@ -47,8 +47,10 @@ class IgnisReader {
   /// A document with those it names as `externals` taken in.
   nlohmann::json parse(const std::string& file) const {
     auto document = nlohmann::json::parse(std::ifstream(folder_ / "ignis" / file));
-    for (const auto& external : document.value("externals", nlohmann::json::array()))
-      for (const auto& [key, value] : parse(external.at("filename")).items()) document.emplace(key, value);
+    for (const auto& external : document.value("externals", nlohmann::json::array())) {
+      const nlohmann::json more = parse(external.at("filename"));
+      for (const auto& [key, value] : more.items()) document.emplace(key, value);
+    }
     return document;
   }
 

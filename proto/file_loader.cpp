@@ -150,7 +150,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   }
 
   std::vector<std::uint32_t> materials;
-  for (const Material& material : imported->materials) materials.push_back(builder_.add_material(material));
+  for (const WhittedSurface& surface : imported->materials) materials.push_back(builder_.add_material({surface}));
   for (ImportedPart& part : imported->parts) {
     const auto shape = builder_.add_shape(std::move(part.shape), reference.where);
     if (!shape) return std::nullopt;

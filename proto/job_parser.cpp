@@ -57,7 +57,7 @@ void read_settings(JsonCursor value, JobRequest& job) {
   JsonFields fields(value, "settings");
   read(fields.optional("samples"), settings.samples, 1, kLargest32);
   read(fields.optional("jitter"), settings.jitter);
-  read(fields.optional("max_depth"), settings.max_depth, 1, kLargestDepth);
+  if (const auto depth = fields.optional("max_depth")) read(depth, settings.max_depth.emplace(), 1, kLargestDepth);
   read(fields.optional("seed"), settings.seed, 0, kLargest64);
   if (const auto accel = fields.optional("accel")) read_accel(*accel, settings.accel);
   read(fields.optional("screen_bounds"), settings.screen_bounds, screen_bounds_names());

@@ -1,5 +1,9 @@
 #include "proto/names.h"
 
+#include <vector>
+
+#include "core/film/aov_table.h"
+
 namespace tessera::proto {
 
 std::span<const Choice<ScreenBounds>> screen_bounds_names() {
@@ -9,12 +13,11 @@ std::span<const Choice<ScreenBounds>> screen_bounds_names() {
 }
 
 std::span<const Choice<Aov>> aov_names() {
-  static constexpr Choice<Aov> table[] = {{"depth", Aov::depth},
-                                          {"normal", Aov::normal},
-                                          {"primitive_id", Aov::primitive_id},
-                                          {"object_id", Aov::object_id},
-                                          {"cost_volumes", Aov::cost_volumes},
-                                          {"cost_primitives", Aov::cost_primitives}};
+  static const std::vector<Choice<Aov>> table = [] {
+    std::vector<Choice<Aov>> names;
+    for (const AovEntry& row : aov_table()) names.push_back({row.name, row.aov});
+    return names;
+  }();
   return table;
 }
 

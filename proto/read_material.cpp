@@ -8,46 +8,42 @@ namespace {
 enum class MaterialType { diffuse, phong, mirror, dielectric, whitted };
 
 constexpr Rgb kBlack{};
-constexpr Rgb kWhite{1, 1, 1};
 
-Material read_diffuse(JsonFields& fields) {
+Surface read_diffuse(JsonFields& fields) {
   fields.call("a diffuse material");
-  Material material;
-  read_color(fields.required("color"), material.diffuse, kFraction);
-  return material;
+  Diffuse diffuse;
+  read_color(fields.required("color"), diffuse.color, kFraction);
+  return diffuse;
 }
 
-Material read_phong(JsonFields& fields) {
+Surface read_phong(JsonFields& fields) {
   fields.call("a phong material");
-  Material material;
+  WhittedSurface material;
   read_color(fields.required("diffuse"), material.diffuse, kFraction);
   read_color(fields.required("specular"), material.specular, kFraction);
   read(fields.required("shininess"), material.shininess, kNotNegative);
   return material;
 }
 
-Material read_mirror(JsonFields& fields) {
+Surface read_mirror(JsonFields& fields) {
   fields.call("a mirror material");
-  Material material;
+  WhittedSurface material;
   material.diffuse = kBlack;
   read_color(fields.required("color"), material.reflect, kFraction);
   return material;
 }
 
-Material read_dielectric(JsonFields& fields) {
+Surface read_dielectric(JsonFields& fields) {
   fields.call("a dielectric material");
-  Material material;
-  material.diffuse = kBlack;
-  material.reflect = material.transmit = kWhite;
-  material.fresnel = true;
-  read(fields.required("ior"), material.ior, kPositive);
-  read_color(fields.optional("color"), material.transmit, kFraction);
-  return material;
+  Dielectric glass;
+  read(fields.required("ior"), glass.ior, kPositive);
+  read_color(fields.optional("color"), glass.color, kFraction);
+  return glass;
 }
 
-Material read_whitted(JsonFields& fields) {
+Surface read_whitted(JsonFields& fields) {
   fields.call("a whitted material");
-  Material material;
+  WhittedSurface material;
   read_color(fields.optional("diffuse"), material.diffuse, kFraction);
   read_color(fields.optional("specular"), material.specular, kFraction);
   read(fields.optional("shininess"), material.shininess, kNotNegative);
@@ -58,7 +54,7 @@ Material read_whitted(JsonFields& fields) {
   return material;
 }
 
-Material read_fields(MaterialType type, JsonFields& fields) {
+Surface read_fields(MaterialType type, JsonFields& fields) {
   switch (type) {
     case MaterialType::diffuse:
       return read_diffuse(fields);
@@ -88,7 +84,7 @@ std::optional<Material> read_material(JsonCursor value) {
                                           {"whitted", MaterialType::whitted}})) {
     return std::nullopt;
   }
-  const Material material = read_fields(type, fields);
+  const Material material{read_fields(type, fields)};
   fields.refuse_unknown();
   return material;
 }

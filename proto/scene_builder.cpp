@@ -19,6 +19,9 @@ std::uint64_t shape_bytes(const Shape& shape) {
 Rgb brightness(const PointLight& light) { return light.intensity; }
 Rgb brightness(const DirectionalLight& light) { return light.irradiance; }
 Rgb brightness(const AmbientLight& light) { return light.radiance; }
+Rgb brightness(const SpotLight& light) { return light.intensity; }
+Rgb brightness(const SunLight& light) { return light.irradiance; }
+Rgb brightness(const EnvironmentLight& light) { return light.radiance; }
 
 void drop_unplaced_shapes(Scene& scene) {
   std::vector<std::uint32_t> moved_to(scene.shapes.size(), kUnused);
@@ -78,7 +81,8 @@ bool SceneBuilder::is_dark() const {
   };
   const auto shows_more = [&](const Object& object) {
     const Material& material = scene_.materials[object.material];
-    return !material.reflect.is_black() || !material.transmit.is_black();
+    const auto surface = whitted_surface(material.surface);
+    return !material.emission.is_black() || !surface || !surface->reflect.is_black() || !surface->transmit.is_black();
   };
   return !scene_.objects.empty() && std::ranges::all_of(scene_.lights, is_black) &&
          (scene_.background.is_black() || std::ranges::none_of(scene_.objects, shows_more));

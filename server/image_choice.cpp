@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "proto/names.h"
+#include "core/film/aov_table.h"
 #include "server/media_type.h"
 #include "server/query_errors.h"
 
@@ -27,17 +27,12 @@ std::span<const FormatEntry> format_table() {
 }
 
 std::span<const PlaneEntry> plane_table() {
-  const auto row = [](Plane plane, Aov aov) { return PlaneEntry{plane, aov, name_of(proto::aov_names(), aov)}; };
-  static const std::vector<PlaneEntry> table = {
-      {Plane::color, std::nullopt, ""},
-      row(Plane::depth, Aov::depth),
-      row(Plane::normal, Aov::normal),
-      row(Plane::primitive_id, Aov::primitive_id),
-      row(Plane::object_id, Aov::object_id),
-      row(Plane::cost_volumes, Aov::cost_volumes),
-      row(Plane::cost_primitives, Aov::cost_primitives),
-      {Plane::all, std::nullopt, "all"},
-  };
+  static const std::vector<PlaneEntry> table = [] {
+    std::vector<PlaneEntry> rows{{kColorPlane, ""}};
+    for (const AovEntry& row : aov_table()) rows.push_back({Plane{row.aov}, row.name});
+    rows.push_back({kAllPlanes, "all"});
+    return rows;
+  }();
   return table;
 }
 
@@ -149,7 +144,7 @@ Result<ImageChoice> choose_image(const Request& request, const Settings& setting
   check_format(request, errors);
   const JpegOptions jpeg = read_jpeg(request, errors);
   if (!errors.empty()) return std::move(errors).as_problem();
-  if (plane->aov && !settings.aovs.contains(*plane->aov))
+  if (plane->plane.aov && !settings.aovs.contains(*plane->plane.aov))
     return Problem{
         ProblemCode::not_found,
         "The job didn't record " + std::string(plane->name) + "; ask for it in /settings/aovs when you submit it.",

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,9 +22,8 @@ std::span<const FormatEntry> format_table();
 
 /// A value of `?aov=`.
 struct PlaneEntry {
-  Plane plane;
-  std::optional<Aov> aov;  ///< That a job has to record for it; none for the colour and for `all`.
-  std::string_view name;   ///< Empty for the colour, which is what comes without the parameter.
+  Plane plane;            ///< If it is an AOV's, a job has to record that for it.
+  std::string_view name;  ///< Empty for the colour, which is what comes without the parameter.
 };
 std::span<const PlaneEntry> plane_table();
 

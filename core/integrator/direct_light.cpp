@@ -1,6 +1,6 @@
 #include "core/integrator/direct_light.h"
 
-#include <algorithm>
+#include <variant>
 
 #include "core/integrator/spawn.h"
 #include "core/light/illuminate.h"
@@ -14,23 +14,21 @@ constexpr float kJustBeyond = 1 + 0x1p-10F;
 
 }  // namespace
 
-DirectLight::DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log)
-    : accel_(accel),
-      counts_(counts),
-      log_(log),
-      casts_shadows_(std::ranges::any_of(
-          scene.lights, [](const Light& light) { return !std::holds_alternative<AmbientLight>(light); })) {}
+DirectLight::DirectLight(const Accel& accel, RayCounts& counts, TraceLog log)
+    : accel_(accel), counts_(counts), log_(log) {}
 
 void DirectLight::add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
-  std::visit([&](const auto& source) { add_from(source, points, sums); }, light);
+  if (const auto* point = std::get_if<PointLight>(&light)) add_unhidden(*point, points, sums);
+  if (const auto* directional = std::get_if<DirectionalLight>(&light)) add_unhidden(*directional, points, sums);
+  if (const auto* ambient = std::get_if<AmbientLight>(&light)) add_ambient(*ambient, points, sums);
 }
 
-void DirectLight::add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+void DirectLight::add_ambient(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   for (const LitPoint& point : points) sums[point.sum] = sums[point.sum] + point.material->diffuse * light.radiance;
 }
 
 template <typename Source>
-void DirectLight::add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
+void DirectLight::add_unhidden(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums) {
   rays_.clear();
   lit_.clear();
   for (const LitPoint& point : points) {

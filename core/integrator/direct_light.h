@@ -13,7 +13,7 @@ namespace tessera {
 
 /// A point whose light is asked for.
 struct LitPoint {
-  const Material* material;
+  const WhittedSurface* material;
   /// Beside the surface, on the viewer's side. This and what follows isn't read unless lights cast shadows.
   Vec3 origin;
   /// The same of the smooth surface that a mesh's normals stand for; `origin` without any. Where a light is beneath the
@@ -30,18 +30,16 @@ struct LitPoint {
 /// traced at once. For one thread at a time: it keeps its memory from call to call.
 class DirectLight {
  public:
-  DirectLight(const Scene& scene, const Accel& accel, RayCounts& counts, TraceLog log);
+  DirectLight(const Accel& accel, RayCounts& counts, TraceLog log);
 
-  /// Whether any light can be hidden.
-  bool casts_shadows() const { return casts_shadows_; }
-
-  /// Adds the radiance (W/(sr m²)) that comes from one light of the scene to the points' sums.
+  /// Adds the radiance (W/(sr m²)) that comes from one light of the scene to the points' sums. Precondition: the light
+  /// is one of Whitted's: from a point, directional or ambient.
   void add(const Light& light, std::span<const LitPoint> points, std::span<Rgb> sums);
 
  private:
-  void add_from(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums);
+  void add_ambient(const AmbientLight& light, std::span<const LitPoint> points, std::span<Rgb> sums);
   template <typename Source>
-  void add_from(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums);
+  void add_unhidden(const Source& light, std::span<const LitPoint> points, std::span<Rgb> sums);
   void trace(const PointLight& light);
   void trace(const DirectionalLight& light);
 
@@ -58,7 +56,6 @@ class DirectLight {
   const Accel& accel_;
   RayCounts& counts_;
   TraceLog log_;
-  bool casts_shadows_;
   std::vector<Ray> rays_;
   std::vector<Lit> lit_;  ///< For each ray.
   std::vector<std::uint8_t> hidden_;

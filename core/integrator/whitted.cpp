@@ -29,13 +29,19 @@ std::uint32_t share(std::uint32_t rays, Rgb first_weight, Rgb second_weight) {
 
 }  // namespace
 
-Whitted::Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log)
+Whitted::Whitted(const Scene& scene, const Features& features, const Accel& accel, std::uint32_t max_depth,
+                 RayCounts& counts, TraceLog log)
     : scene_(scene),
+      casts_shadows_(features.shadows),
       accel_(accel),
       max_depth_(max_depth),
       counts_(counts),
       log_(log),
-      direct_light_(scene, accel, counts, log) {}
+      direct_light_(accel, counts, log) {
+  surfaces_.reserve(scene.materials.size());
+  for (const Material& material : scene.materials)
+    surfaces_.push_back(whitted_surface(material.surface).value_or(WhittedSurface{}));
+}
 
 void Whitted::begin(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
   if (camera_chains_.size() < rays.size()) camera_chains_.resize(rays.size());
@@ -96,13 +102,13 @@ void Whitted::leave() {
 }
 
 void Whitted::shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const {
-  const Material& material = scene_.materials[scene_.objects[hit.object].material];
+  const WhittedSurface& material = surfaces_[scene_.objects[hit.object].material];
   const bool spawns =
       depth_ < max_depth_ && chain.most_below > 0 && !(material.reflect.is_black() && material.transmit.is_black());
   LitPoint& point = level.points.emplace_back();
   point.material = &material;
   point.sum = sum;
-  if (!spawns && !direct_light_.casts_shadows()) return;  // then nobody asks where the hit is
+  if (!spawns && !casts_shadows_) return;  // then nobody asks where the hit is
 
   const Vec3 direction = UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   const Shading at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction);
@@ -116,7 +122,7 @@ void Whitted::shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std:
   if (spawns) spawn(material, at, point, chain, level);
 }
 
-void Whitted::spawn(const Material& material, const Shading& at, const LitPoint& point, const Chain& chain,
+void Whitted::spawn(const WhittedSurface& material, const Shading& at, const LitPoint& point, const Chain& chain,
                     Level& level) {
   const Vec3 direction = -at.to_viewer;
   const float eta = at.entering ? material.ior : 1 / material.ior;

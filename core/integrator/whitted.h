@@ -11,6 +11,7 @@
 #include "core/integrator/direct_light.h"
 #include "core/integrator/ray_counts.h"
 #include "core/math/rgb.h"
+#include "core/plan/features.h"
 #include "core/scene/scene.h"
 
 namespace tessera {
@@ -35,8 +36,9 @@ class Whitted {
   /// surfaces don't end. A chain of single rays has room for any depth; two full branches have it for eleven.
   static constexpr std::uint32_t kMostSecondary = 4096;
 
-  /// `log` is told what is tested.
-  Whitted(const Scene& scene, const Accel& accel, std::uint32_t max_depth, RayCounts& counts, TraceLog log = {});
+  /// `features` are the scene's. `log` is told what is tested.
+  Whitted(const Scene& scene, const Features& features, const Accel& accel, std::uint32_t max_depth, RayCounts& counts,
+          TraceLog log = {});
 
   /// Begins with a batch of camera rays, given what each hits; `t` is infinite where that is nothing. `out` is for the
   /// radiance that arrives along each (W/(sr m²)). Spans are of one length, and stay valid until all is traced.
@@ -81,11 +83,13 @@ class Whitted {
   void enter(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
   void leave();
   void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const;
-  static void spawn(const Material& material, const Shading& at, const LitPoint& point, const Chain& chain,
+  static void spawn(const WhittedSurface& material, const Shading& at, const LitPoint& point, const Chain& chain,
                     Level& level);
   void trace(Spawned& spawned);
 
   const Scene& scene_;
+  std::vector<WhittedSurface> surfaces_;  ///< By material.
+  bool casts_shadows_;
   const Accel& accel_;
   std::uint32_t max_depth_;
   RayCounts& counts_;

@@ -7,11 +7,13 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "core/io/display_curve.h"
 #include "core/io/heat_color.h"
 #include "core/io/oiio/write_with_oiio.h"
 #include "core/io/png_file.h"
+#include "core/math/rounding.h"
 
 namespace tessera {
 namespace {
@@ -37,15 +39,39 @@ class DonePlane {
   const Done* done_;
 };
 
-DonePlane<Rgb> color_of(const Pixels& p, const Done* done) { return {p.color, {}, done}; }
-DonePlane<float> depth_of(const Pixels& p, const Done* done) { return {p.depth, kInfinity, done}; }
-DonePlane<Vec3> normal_of(const Pixels& p, const Done* done) { return {p.normal, {}, done}; }
-DonePlane<std::uint32_t> ids_of(const Pixels& p, Plane plane, const Done* done) {
-  return {plane == Plane::object_id ? p.object_id : p.primitive_id, kNoId, done};
+/// Calls `use` with the values of a plane, of whatever type they are, and how they look. Precondition: the plane is
+/// one, not `kAllPlanes`, and recorded.
+template <typename Use>
+auto with_plane(const Pixels& p, Plane plane, const Done* done, Use use) {
+  if (!plane.aov) return use(DonePlane<Rgb>(p.color, {}, done), AovLook::color);
+  const AovEntry& row = aov_entry(*plane.aov);
+  return std::visit(
+      [&]<typename T>(const std::vector<T>& values) {
+        return use(DonePlane<T>(values, std::get<T>(row.empty), done), row.look);
+      },
+      p.values(*plane.aov));
 }
-DonePlane<float> costs_of(const Pixels& p, Plane plane, const Done* done) {
-  return {plane == Plane::cost_volumes ? p.cost_volumes : p.cost_primitives, 0, done};
-}
+
+double scalar(float v) { return v; }
+double scalar(std::uint32_t v) { return v; }
+double scalar(Rgb c) { return (double{c.r} + c.g + c.b) / 3; }
+double scalar(Vec3 v) { return (double{v.x} + v.y + v.z) / 3; }
+
+std::array<float, 3> triple(float v) { return {v, v, v}; }
+std::array<float, 3> triple(std::uint32_t v) { return triple(static_cast<float>(v)); }
+std::array<float, 3> triple(Rgb c) { return {c.r, c.g, c.b}; }
+std::array<float, 3> triple(Vec3 v) { return {v.x, v.y, v.z}; }
+
+/// The finite values among some.
+struct Extent {
+  float least = kInfinity, greatest = -kInfinity;
+
+  void add(float v) {
+    if (std::isfinite(v)) least = std::min(least, v), greatest = std::max(greatest, v);
+  }
+  /// Where `v` lies: 0 for the least, 1 for the greatest.
+  double share(float v) const { return (double{v} - least) / std::max(double{greatest} - least, 1e-30); }
+};
 
 std::uint8_t unit_byte(double v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0, 1.0) * 255 + 0.5); }
 
@@ -71,48 +97,66 @@ ReadRow display_rows(std::size_t width, const Done* done, ColorOf color_of_pixel
   };
 }
 
-/// A plane for people to look at. Precondition: it isn't `all`.
+template <typename Values>
+std::function<Color(std::size_t)> color_by_nearness(const Values& depth) {
+  Extent extent;
+  for (std::size_t i = 0; i < depth.size(); ++i) extent.add(static_cast<float>(scalar(depth[i])));
+  return [=](std::size_t i) {
+    const auto d = static_cast<float>(scalar(depth[i]));
+    const std::uint8_t v = std::isfinite(d) ? unit_byte(1 - extent.share(d) * 0.9) : std::uint8_t{0};
+    return Color{v, v, v};
+  };
+}
+
+template <typename Values>
+std::function<Color(std::size_t)> color_by_extent(const Values& values) {
+  std::array<Extent, 3> extents;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) extents[c].add(triple(values[i])[c]);
+  return [=](std::size_t i) {
+    Color color;
+    for (std::size_t c = 0; c < 3; ++c) color[c] = unit_byte(extents[c].share(triple(values[i])[c]));
+    return color;
+  };
+}
+
+template <typename Values>
+std::function<Color(std::size_t)> color_by_heat(const Values& values) {
+  double greatest = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) greatest = std::max(greatest, scalar(values[i]));
+  const double most = std::max(greatest, 1e-30);
+  return [=](std::size_t i) { return heat_color(scalar(values[i]) / most); };
+}
+
+/// A plane for people to look at. Precondition: it isn't `kAllPlanes`.
 ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, bool alpha) {
   const auto rows = [&](auto color_of_pixel) {
     return display_rows(static_cast<std::size_t>(p.rect.width()), alpha ? done : nullptr, color_of_pixel);
   };
-  switch (plane) {
-    case Plane::color:
-    case Plane::all:
-      break;
-    case Plane::depth: {
-      const DonePlane<float> depth = depth_of(p, done);
-      float nearest = kInfinity, farthest = 0;
-      for (std::size_t i = 0; i < depth.size(); ++i)
-        if (const float d = depth[i]; std::isfinite(d))
-          nearest = std::min(nearest, d), farthest = std::max(farthest, d);
-      const double range = std::max(double{farthest} - nearest, 1e-30);
-      return rows([=](std::size_t i) {
-        const float d = depth[i];
-        const std::uint8_t v = std::isfinite(d) ? unit_byte(1 - (d - nearest) / range * 0.9) : std::uint8_t{0};
-        return Color{v, v, v};
-      });
+  const auto bytes = [&](auto values, auto byte_of) {
+    return rows([=](std::size_t i) {
+      const std::array<float, 3> v = triple(values[i]);
+      return Color{byte_of(v[0]), byte_of(v[1]), byte_of(v[2])};
+    });
+  };
+  return with_plane(p, plane, done, [&](auto values, AovLook look) -> ReadRow {
+    switch (look) {
+      case AovLook::color:
+        return bytes(values, display_byte);
+      case AovLook::grey:
+        return bytes(values, [](float v) { return unit_byte(v); });
+      case AovLook::direction:
+        return bytes(values, [](float v) { return unit_byte(v / 2 + 0.5); });
+      case AovLook::nearness:
+        return rows(color_by_nearness(values));
+      case AovLook::extent:
+        return rows(color_by_extent(values));
+      case AovLook::heat:
+        return rows(color_by_heat(values));
+      case AovLook::hue:
+        break;
     }
-    case Plane::normal:
-      return rows([normal = normal_of(p, done)](std::size_t i) {
-        const Vec3 n = normal[i];
-        return Color{unit_byte(n.x / 2 + 0.5), unit_byte(n.y / 2 + 0.5), unit_byte(n.z / 2 + 0.5)};
-      });
-    case Plane::primitive_id:
-    case Plane::object_id:
-      return rows([ids = ids_of(p, plane, done)](std::size_t i) { return id_color(ids[i]); });
-    case Plane::cost_volumes:
-    case Plane::cost_primitives: {
-      const DonePlane<float> costs = costs_of(p, plane, done);
-      float greatest = 0;
-      for (std::size_t i = 0; i < costs.size(); ++i) greatest = std::max(greatest, costs[i]);
-      const double most = std::max(double{greatest}, 1e-30);
-      return rows([=](std::size_t i) { return heat_color(costs[i] / most); });
-    }
-  }
-  return rows([color = color_of(p, done)](std::size_t i) {
-    const Rgb c = color[i];
-    return Color{display_byte(c.r), display_byte(c.g), display_byte(c.b)};
+    return rows([=](std::size_t i) { return id_color(static_cast<std::uint32_t>(scalar(values[i]))); });
   });
 }
 
@@ -157,26 +201,7 @@ struct Changed {
 template <typename Values, typename Change>
 Changed(Values, Change) -> Changed<Values, Change>;
 
-bool has(const Pixels& p, Plane plane) {
-  switch (plane) {
-    case Plane::color:
-    case Plane::all:
-      return true;
-    case Plane::depth:
-      return !p.depth.empty();
-    case Plane::normal:
-      return !p.normal.empty();
-    case Plane::primitive_id:
-      return !p.primitive_id.empty();
-    case Plane::object_id:
-      return !p.object_id.empty();
-    case Plane::cost_volumes:
-      return !p.cost_volumes.empty();
-    case Plane::cost_primitives:
-      return !p.cost_primitives.empty();
-  }
-  return false;
-}
+bool has(const Pixels& p, Plane plane) { return !plane.aov || p.has(*plane.aov); }
 
 Raster display_raster(const Pixels& p, Plane plane, const Done* done, bool alpha) {
   Raster raster{p.rect.width(), p.rect.height(), {}, display_rows(p, plane, done, alpha)};
@@ -186,25 +211,22 @@ Raster display_raster(const Pixels& p, Plane plane, const Done* done, bool alpha
 }
 
 Raster exact_raster(const Pixels& p, Plane plane, const Done* done) {
-  const auto wanted = [&](Plane one) { return (plane == one || plane == Plane::all) && has(p, one); };
+  const auto wanted = [&](Aov aov) { return (plane == Plane{aov} || plane == kAllPlanes) && p.has(aov); };
   Interleaved planes;
-  if (wanted(Plane::color)) planes.add({"R", "G", "B"}, ChannelType::real, color_of(p, done));
-  if (done)
+  if (!plane.aov) planes.add({"R", "G", "B"}, ChannelType::real, DonePlane<Rgb>(p.color, {}, done));
+  // What isn't done is transparent in the alpha that a job records, too.
+  if (done && !wanted(Aov::alpha))
     planes.add({"A"}, ChannelType::real, Changed{DonePlane<std::uint8_t>(*done, 0, nullptr), [](std::uint8_t d) {
                                                    return d != 0 ? 1.0F : 0.0F;
                                                  }});
-  if (wanted(Plane::depth)) planes.add({"Z"}, ChannelType::real, depth_of(p, done));
-  if (wanted(Plane::normal)) planes.add({"N.X", "N.Y", "N.Z"}, ChannelType::real, normal_of(p, done));
-  const auto add_ids = [&](const char* name, Plane ids) {
-    if (wanted(ids)) planes.add({name}, ChannelType::id, ids_of(p, ids, done));
-  };
-  add_ids("primitiveId", Plane::primitive_id);
-  add_ids("objectId", Plane::object_id);
-  const auto add_costs = [&](const char* name, Plane costs) {
-    if (wanted(costs)) planes.add({name}, ChannelType::real, costs_of(p, costs, done));
-  };
-  add_costs("cost.volumes", Plane::cost_volumes);
-  add_costs("cost.primitives", Plane::cost_primitives);
+  for (const AovEntry& row : aov_table()) {
+    if (!wanted(row.aov)) continue;
+    std::vector<std::string> names;
+    for (const std::string_view name : row.channels)
+      if (!name.empty()) names.emplace_back(name);
+    const auto type = std::holds_alternative<std::uint32_t>(row.empty) ? ChannelType::id : ChannelType::real;
+    with_plane(p, Plane{row.aov}, done, [&](auto values, AovLook) { planes.add(names, type, values); });
+  }
   return std::move(planes).raster(p.rect);
 }
 
@@ -213,37 +235,28 @@ float in_rgbe(float v) { return std::min(v, 0x1.fffffep126F); }
 
 Raster rgbe_raster(const Pixels& p, Plane plane, const Done* done) {
   Interleaved planes;
-  if (plane == Plane::color)
-    planes.add({"R", "G", "B"}, ChannelType::real, Changed{color_of(p, done), [](Rgb c) {
-                                                             return Rgb{in_rgbe(c.r), in_rgbe(c.g), in_rgbe(c.b)};
+  with_plane(p, plane, done, [&](auto values, AovLook) {
+    planes.add({"R", "G", "B"}, ChannelType::real, Changed{values, [](auto value) {
+                                                             const auto [r, g, b] = triple(value);
+                                                             return Rgb{in_rgbe(r), in_rgbe(g), in_rgbe(b)};
                                                            }});
-  else
-    planes.add({"R", "G", "B"}, ChannelType::real, Changed{costs_of(p, plane, done), [](float v) {
-                                                             return Rgb{in_rgbe(v), in_rgbe(v), in_rgbe(v)};
-                                                           }});
+  });
   return std::move(planes).raster(p.rect);
 }
 
-std::set<Aov> recorded_by(const Pixels& p) {
-  std::set<Aov> recorded;
-  const auto note = [&](Plane plane, Aov aov) {
-    if (has(p, plane)) recorded.insert(aov);
-  };
-  note(Plane::depth, Aov::depth);
-  note(Plane::normal, Aov::normal);
-  note(Plane::primitive_id, Aov::primitive_id);
-  note(Plane::object_id, Aov::object_id);
-  note(Plane::cost_volumes, Aov::cost_volumes);
-  note(Plane::cost_primitives, Aov::cost_primitives);
-  return recorded;
+/// What RGBE can hold is finite, and neither negative nor in need of being exact.
+bool fits_rgbe(Plane plane) {
+  if (plane == kAllPlanes) return false;
+  const AovLook look = plane.aov ? aov_entry(*plane.aov).look : AovLook::color;
+  return look == AovLook::color || look == AovLook::grey || look == AovLook::heat;
 }
 
 bool can_hold_values(PixelValues values, Plane plane) {
   switch (values) {
     case PixelValues::display:
-      return plane != Plane::all;
+      return plane != kAllPlanes;
     case PixelValues::rgbe:
-      return plane == Plane::color || plane == Plane::cost_volumes || plane == Plane::cost_primitives;
+      return fits_rgbe(plane);
     case PixelValues::exact:
       return true;
   }
@@ -257,7 +270,7 @@ bool can_hold(ImageFormat format, Plane plane, std::uint32_t width, std::uint32_
   const FormatLimits& limits = limits_of(format);
   // Of one plane no more than what colour takes, with alpha.
   const std::uint64_t pixel =
-      Film::memory_bytes(1, 1, plane == Plane::all ? recorded : std::set<Aov>{}) + sizeof(float);
+      Film::memory_bytes(1, 1, plane == kAllPlanes ? recorded : std::set<Aov>{}) + sizeof(float);
   return can_hold_values(limits.values, plane) && width >= 1 && width <= limits.max_width && height >= 1 &&
          height <= limits.max_height && width <= limits.max_row_bytes / pixel;
 }
@@ -266,7 +279,7 @@ std::optional<Bytes> encode(const Pixels& pixels, Plane plane, const Encoding& e
                             const std::stop_token& stop) {
   const auto width = static_cast<std::uint32_t>(pixels.rect.width());
   const auto height = static_cast<std::uint32_t>(pixels.rect.height());
-  if (!has(pixels, plane) || !can_hold(encoding.format, plane, width, height, recorded_by(pixels))) return std::nullopt;
+  if (!has(pixels, plane) || !can_hold(encoding.format, plane, width, height, pixels.aovs())) return std::nullopt;
   const bool alpha = limits_of(encoding.format).alpha;
   switch (encoding.format) {
     case ImageFormat::png:

@@ -13,8 +13,15 @@
 
 namespace tessera {
 
-/// Which plane of the film to encode. `all` writes colour and every recorded AOV as channels of one EXR.
-enum class Plane { color, depth, normal, primitive_id, object_id, cost_volumes, cost_primitives, all };
+/// Which plane of the film to encode: colour where no AOV is named.
+struct Plane {
+  std::optional<Aov> aov = std::nullopt;
+  bool is_all = false;  ///< Colour and every recorded AOV, as channels of one EXR.
+
+  bool operator==(const Plane&) const = default;
+};
+inline constexpr Plane kColorPlane{};
+inline constexpr Plane kAllPlanes{std::nullopt, true};
 
 struct Encoding {
   ImageFormat format = ImageFormat::png;
@@ -29,13 +36,10 @@ bool can_hold(ImageFormat format, Plane plane, std::uint32_t width, std::uint32_
 /// Encodes to memory: PNG through libpng, JPEG through libjpeg, EXR and HDR through OpenImageIO, which the first of
 /// them loads. Takes as much memory as the file, twice while it grows, and a few rows.
 ///
-/// PNG and JPEG hold 8 bits of display values: colour is clamped to 0..1 and given sRGB's transfer curve; depth is
-/// scaled from nearest (white) to farthest (dark grey) finite value, and black where it is infinite; normals map −1..1
-/// to 0..255; ids become hues, of which JPEG keeps about the look; costs a heat map (`heat_color`) from 0 to the
-/// greatest cost of the image. EXR holds the linear floats themselves, channels "R" "G" "B", "Z", "N.X" "N.Y" "N.Z",
-/// "cost.volumes", "cost.primitives", and the ids as unsigned "primitiveId" and "objectId"; depths of the background
-/// are infinite. HDR holds colour and costs (as grey) as RGBE: what is above its greatest number, just below 2^127,
-/// becomes that.
+/// PNG and JPEG hold 8 bits of display values: colour is clamped to 0..1 and given sRGB's transfer curve; AOVs look as
+/// their rows say (`AovLook`), of hues JPEG keeps about the look. EXR holds the linear floats themselves, channels "R"
+/// "G" "B" and those of the AOVs' rows, whole numbers as unsigned ones. HDR holds what is finite and never negative as
+/// RGBE, single channels as grey: what is above its greatest number, just below 2^127, becomes that.
 ///
 /// `done`, one byte a pixel where given, tells the pixels that may be read. The others look as if nothing were there,
 /// and are transparent in PNG and EXR, which get an alpha channel.

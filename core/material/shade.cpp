@@ -8,13 +8,13 @@
 
 namespace tessera {
 
-Rgb shade(const Material& material, Vec3 normal, Vec3 to_viewer, Vec3 to_light, Rgb irradiance) {
+Rgb shade(const WhittedSurface& surface, Vec3 normal, Vec3 to_viewer, Vec3 to_light, Rgb irradiance) {
   const float cos_theta = dot(normal, to_light);
   if (!(cos_theta > 0)) return {};
-  Rgb scattered = material.diffuse * cos_theta;
-  if (!material.specular.is_black()) {
+  Rgb scattered = surface.diffuse * cos_theta;
+  if (!surface.specular.is_black()) {
     const float cos_alpha = std::min(dot(mirror(-to_viewer, normal), to_light), 1.0F);  // above 1 by rounding alone
-    if (cos_alpha > 0) scattered = scattered + material.specular * portable_pow(cos_alpha, material.shininess);
+    if (cos_alpha > 0) scattered = scattered + surface.specular * portable_pow(cos_alpha, surface.shininess);
   }
   return scattered * irradiance * std::numbers::inv_pi_v<float>;
 }

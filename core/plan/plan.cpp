@@ -23,12 +23,26 @@ std::uint64_t pixels_of(const Tiling& tiling, FirstLevel level) {
   return sum;
 }
 
-template <typename Used>
-bool any_material(const Scene& scene, Used&& used) {
-  return std::ranges::any_of(scene.objects, [&](const Object& o) { return used(scene.materials[o.material]); });
+constexpr std::uint32_t kWhittedDepth = 5, kDirectDepth = 2, kPathDepth = 16;
+
+void choose_integrator(Plan& plan, const Settings& settings) {
+  plan.integrator = settings.integrator;
+  plan.integrator_because = "the job asks for it";
+  if (settings.integrator == IntegratorKind::automatic) {
+    plan.integrator = plan.features.only_whitted ? IntegratorKind::whitted : IntegratorKind::path;
+    plan.integrator_because = plan.features.only_whitted
+                                  ? "the scene has nothing but Whitted's materials and lights"
+                                  : "the scene has materials or lights that Whitted's ray tracer doesn't know";
+  }
+  const bool whitted = plan.integrator == IntegratorKind::whitted;
+  plan.sampler = settings.sampler;
+  if (settings.sampler == SamplerKind::automatic) plan.sampler = whitted ? SamplerKind::grid : SamplerKind::sobol;
+  plan.max_depth = settings.max_depth.value_or(whitted ? kWhittedDepth : kPathDepth);
+  if (plan.integrator == IntegratorKind::direct) plan.max_depth = std::min(plan.max_depth, kDirectDepth);
 }
 
-bool casts_shadows(const Light& light) { return !std::holds_alternative<AmbientLight>(light); }
+/// A path of a few surfaces, with a ray to a light at each.
+constexpr double kRaysOfAPath = 6;
 
 /// Rays that the job will come to, guessed from what its plan leaves to be traced and from what materials and lights
 /// make of a hit: of ten camera rays seven hit, and each kind of secondary ray adds the better part of the first ones.
@@ -36,12 +50,14 @@ double expected_rays(const Plan& plan, const Scene& scene, const Settings& setti
   double pixels = 0;
   for (const Tile& tile : plan.tiling.tiles)
     if (tile.first_level != FirstLevel::nothing) pixels += static_cast<double>(tile.rect.area());
+  if (plan.integrator != IntegratorKind::whitted) return pixels * settings.samples * kRaysOfAPath;
   double chain = 1;
-  if (settings.max_depth > 1) {
-    if (any_material(scene, [](const Material& m) { return !m.reflect.is_black(); })) chain += 0.6;
-    if (any_material(scene, [](const Material& m) { return !m.transmit.is_black(); })) chain += 0.9;
+  if (plan.max_depth > 1) {
+    if (plan.features.reflection) chain += 0.6;
+    if (plan.features.refraction) chain += 0.9;
   }
-  const auto casting = static_cast<double>(std::ranges::count_if(scene.lights, casts_shadows));
+  const auto casting = static_cast<double>(std::ranges::count_if(
+      scene.lights, [](const Light& light) { return !std::holds_alternative<AmbientLight>(light); }));
   return pixels * settings.samples * chain * (1 + 0.7 * casting);
 }
 
@@ -99,11 +115,15 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
   skip("meshes", meshes_on_demand(plan, scene),
        "meshes that may be left out: each is built when a ray enters the box of one of its objects, and never if none "
        "does");
-  skip("shadow_rays", std::ranges::any_of(scene.lights, casts_shadows) ? 0 : 1, "the feature: no light casts shadows");
-  skip("reflection_rays", any_material(scene, [](const Material& m) { return !m.reflect.is_black(); }) ? 0 : 1,
-       "the feature: no material in use reflects");
-  skip("refraction_rays", any_material(scene, [](const Material& m) { return !m.transmit.is_black(); }) ? 0 : 1,
-       "the feature: no material in use transmits");
+  const auto skip_feature = [&](const char* what, bool is_needed, const char* because) {
+    skip(what, is_needed ? 0 : 1, because);
+  };
+  const Features& has = plan.features;
+  if (plan.integrator == IntegratorKind::whitted) {
+    skip_feature("shadow_rays", has.shadows, "the feature: no light casts shadows");
+    skip_feature("reflection_rays", has.reflection, "the feature: no material in use reflects");
+    skip_feature("refraction_rays", has.refraction, "the feature: no material in use transmits");
+  }
 }
 
 }  // namespace
@@ -117,6 +137,8 @@ Plan make_plan(const Scene& scene, const Camera& camera, const Settings& setting
   Plan plan;
   plan.primitives = count_primitives(scene);
   plan.tiling = make_tiling(scene, CameraRays(camera, settings.width, settings.height), settings);
+  plan.features = features_of(scene);
+  choose_integrator(plan, settings);
   choose_accel(plan, scene, settings);
   list_skips(plan, scene, settings);
   return plan;

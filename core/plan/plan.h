@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/plan/accel_costs.h"
+#include "core/plan/features.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
 #include "core/screen/tiling.h"
@@ -20,6 +21,11 @@ struct Skip {
 
 /// What will be done to render a scene, and why: a pure function of scene, camera and settings.
 struct Plan {
+  Features features;
+  IntegratorKind integrator = IntegratorKind::whitted;  ///< Never `automatic`.
+  std::string integrator_because;
+  SamplerKind sampler = SamplerKind::grid;  ///< Never `automatic`.
+  std::uint32_t max_depth = 1;
   AccelOptions accel;  ///< Its kind is never `automatic`.
   std::string accel_because;
   std::vector<AccelEstimate> candidates;  ///< What each structure would cost, the cheapest first.

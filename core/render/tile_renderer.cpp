@@ -51,7 +51,7 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index)
       result_{Pixels(tile_.rect, context.settings.aovs), {}, {}},
       log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {
   if (tile_.first_level == FirstLevel::nothing) return;
-  whitted_.emplace(*context.scene, *context.accel, context.settings.max_depth, result_.rays, log_);
+  whitted_.emplace(*context.scene, context.plan.features, *context.accel, context.plan.max_depth, result_.rays, log_);
   if (tile_.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile_);
 }
 
@@ -139,17 +139,17 @@ void TileRenderer::trace_first_level() {
 
 void TileRenderer::record_aovs() {
   Pixels& out = result_.pixels;
-  if (out.depth.empty() && out.primitive_id.empty() && out.object_id.empty() && out.normal.empty()) return;
+  if (out.aovs().empty()) return;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const Hit& hit = hits_[i];
     if (samples_[i].index != 0 || hit.t == kInfinity) continue;
     const std::size_t at = pixel(samples_[i]);
-    if (!out.depth.empty()) out.depth[at] = hit.t;  // a camera ray's t is depth
-    if (!out.primitive_id.empty()) out.primitive_id[at] = hit.primitive;
-    if (!out.object_id.empty()) out.object_id[at] = hit.object;
-    if (!out.normal.empty())
-      out.normal[at] =
-          to_float(world_surface(*context_.scene, hit.object, hit.primitive, rays_[i], hit.t).shading_normal);
+    out.record(Aov::depth, at, hit.t);  // a camera ray's t is depth
+    out.record(Aov::primitive_id, at, hit.primitive);
+    out.record(Aov::object_id, at, hit.object);
+    if (out.has(Aov::normal))
+      out.record(Aov::normal, at,
+                 to_float(world_surface(*context_.scene, hit.object, hit.primitive, rays_[i], hit.t).shading_normal));
   }
 }
 
@@ -159,9 +159,8 @@ void TileRenderer::record_costs(std::size_t at) {
     return static_cast<float>(static_cast<double>(result_.tests.*count - before_pixel_.*count) /
                               context_.settings.samples);
   };
-  Pixels& out = result_.pixels;
-  if (!out.cost_volumes.empty()) out.cost_volumes[at] = per_sample(&TestCounts::volume_tests);
-  if (!out.cost_primitives.empty()) out.cost_primitives[at] = per_sample(&TestCounts::object_tests);
+  result_.pixels.record(Aov::cost_volumes, at, per_sample(&TestCounts::volume_tests));
+  result_.pixels.record(Aov::cost_primitives, at, per_sample(&TestCounts::object_tests));
 }
 
 }  // namespace tessera

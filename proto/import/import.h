@@ -25,7 +25,7 @@ struct ImportedPart {
 /// A file's content in core's terms. Camera, lights, background and image size come from NFF alone.
 struct Imported {
   std::vector<ImportedPart> parts;
-  std::vector<Material> materials;
+  std::vector<WhittedSurface> materials;
   std::vector<Light> lights;
   std::optional<Rgb> background;
   std::optional<Camera> camera;

@@ -257,10 +257,10 @@ class MtlReader {
 Rgb not_reflected(Rgb ks) { return {std::max(1 - ks.r, 0.0F), std::max(1 - ks.g, 0.0F), std::max(1 - ks.b, 0.0F)}; }
 
 /// MTL's illumination models in Whitted's terms.
-Material to_material(const MtlMaterial& mtl, ImportNotes& notes) {
+WhittedSurface to_surface(const MtlMaterial& mtl, ImportNotes& notes) {
   const float opacity = mtl.opacity();
   const bool has_fresnel = mtl.illum == 5 || mtl.illum == 7;
-  Material material;
+  WhittedSurface material;
   material.diffuse = mtl.kd * opacity;
   // A colour of 0 under a texture, as many exporters write, would be black without it.
   if (material.diffuse.is_black() && mtl.has_texture) material.diffuse = Rgb{0.6F, 0.6F, 0.6F} * opacity;
@@ -316,7 +316,7 @@ void MtlLibraries::load_text(std::string text, std::string_view name) {
   for (const MtlMaterial& mtl : loaded) {
     const bool is_new = by_name_.emplace(mtl.name, static_cast<std::uint32_t>(materials.size())).second;
     if (is_new) {
-      materials.push_back(to_material(mtl, notes));
+      materials.push_back(to_surface(mtl, notes));
     } else {
       notes.add("A material whose name is taken was ignored", mtl.line);
     }

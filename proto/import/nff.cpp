@@ -187,7 +187,7 @@ class NffReader {
       notes_.add("What follows a fill's eight numbers (a texture, in some dialects) is ignored", cursor_.line());
       while (!cursor_.next_on_line().empty()) continue;
     }
-    Material material;
+    WhittedSurface material;
     material.diffuse = decoded(fill * kd);
     material.specular = grey(decoded(ks));
     material.shininess = shine;

@@ -8,6 +8,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/film/aov_table.h"
 #include "core/io/image_io.h"
 #include "proto/abandoned.h"
 #include "proto/wire/sha256.h"
@@ -47,12 +48,16 @@ struct Picture {
   ImageChoice choice;
 };
 
+std::string name_of(Plane plane) {
+  if (plane.is_all) return "all";
+  return plane.aov ? std::string(aov_entry(*plane.aov).name) : "color";
+}
+
 /// All that the bytes depend on: the pixels of a job's tile never change once it is stored, no id comes twice, and one
 /// version of this program encodes equal pixels to equal bytes.
 std::string key_of(const std::string& id, const Picture& picture) {
   const ImageChoice& choice = picture.choice;
-  std::string key =
-      id + " plane " + std::to_string(static_cast<int>(choice.plane)) + ' ' + std::string(choice.format.name);
+  std::string key = id + " plane " + name_of(choice.plane) + ' ' + std::string(choice.format.name);
   if (choice.format.format == ImageFormat::jpeg)
     key += ' ' + std::to_string(choice.jpeg.quality) + '/' + std::to_string(static_cast<int>(choice.jpeg.subsampling));
   if (picture.stored) {

@@ -63,7 +63,8 @@ std::optional<Problem> refuse_size(const Settings& settings, const Config& confi
 std::optional<Problem> refuse_without_format(const Settings& settings) {
   Problem problem{ProblemCode::invalid_document, "No image format can hold this image.", {}};
   for (const PlaneEntry& plane : plane_table()) {
-    const bool is_rendered = plane.plane == Plane::color || (plane.aov && settings.aovs.contains(*plane.aov));
+    const bool is_rendered =
+        plane.plane == kColorPlane || (plane.plane.aov && settings.aovs.contains(*plane.plane.aov));
     if (!is_rendered || !able_formats(plane.plane, settings).empty()) continue;
     problem.errors.push_back({"/image", (plane.name.empty() ? "Its colour" : "Its " + std::string(plane.name)) +
                                             " fits into no format; make width or height smaller."});

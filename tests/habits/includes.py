@@ -9,7 +9,7 @@ MAY_INCLUDE = {
     "core": [],
     "proto/wire": [],
     # Scene types, and the one table of structures: their names and options are the wire's.
-    "proto": ["proto/wire", "core/math", "core/geometry", "core/bounds", "core/scene", "core/accel/accel_table.h"],
+    "proto": ["proto/wire", "core/math", "core/geometry", "core/bounds", "core/scene", "core/accel/accel_table.h", "core/film/aov_table.h"],
     "server": ["proto", "core"],
     "client": ["proto/wire"],
     "tests": ["core", "proto", "server", "client"],

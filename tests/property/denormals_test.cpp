@@ -34,7 +34,8 @@ TEST(Denormals, GiveTheSameImageWhetherOrNotTheyAreFlushed_Stress20) {
       settings.accel.kind = entry.kind;
       settings.screen_bounds = bounds;
       const Image kept = render_image(tiny_ball_scene(), camera, settings);
-      EXPECT_GT(std::ranges::count(kept.pixels.object_id, 2U), 100) << "the enlarged ball is seen";
+      EXPECT_GT(std::ranges::count(kept.pixels.plane<std::uint32_t>(Aov::object_id), 2U), 100)
+          << "the enlarged ball is seen";
       const auto scene = tiny_ball_scene();
       const FlushToZero on;
       const Image flushed = render_image(scene, camera, settings);

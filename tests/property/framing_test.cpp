@@ -17,7 +17,7 @@ Covered covered(const Pixels& pixels, std::uint32_t width, std::uint32_t height)
   Covered out;
   for (std::uint32_t y = 0; y < height; ++y)
     for (std::uint32_t x = 0; x < width; ++x) {
-      if (pixels.object_id[std::size_t{y} * width + x] == kNoId) continue;
+      if (pixels.plane<std::uint32_t>(Aov::object_id)[std::size_t{y} * width + x] == kNoId) continue;
       out = {std::min(out.left, x), std::max(out.right, x), std::min(out.top, y), std::max(out.bottom, y)};
     }
   return out;

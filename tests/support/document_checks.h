@@ -30,7 +30,12 @@ inline std::string fault_of_scene(const Scene& scene) {
     }
   }
   for (const Material& m : scene.materials) {
-    if (!is_finite(m.diffuse) || !is_finite(m.transmit) || !(m.ior > 0) || !(m.shininess >= 0)) return "a bad material";
+    const auto surface = whitted_surface(m.surface);
+    if (!surface) continue;
+    if (!is_finite(surface->diffuse) || !is_finite(surface->transmit) || !(surface->ior > 0) ||
+        !(surface->shininess >= 0)) {
+      return "a bad material";
+    }
   }
   return is_finite(scene.background) ? "" : "the background isn't finite";
 }
@@ -63,7 +68,7 @@ inline std::string fault_of_job_document(std::string_view bytes) {
   const auto job = proto::parse_job(bytes, proto::NoFiles(), proto::Limits());
   if (!job) return fault_of_problem(job.problem());
   const Settings& s = job->settings;
-  if (s.width == 0 || s.height == 0 || s.samples == 0 || s.max_depth == 0) return "an empty job";
+  if (s.width == 0 || s.height == 0 || s.samples == 0 || s.max_depth == 0U) return "an empty job";
   if (std::uint64_t{s.width} * s.height > proto::Limits().max_pixels) return "an image that is too large";
   const auto* scene = std::get_if<proto::ParsedScene>(&job->scene);
   return scene != nullptr ? fault_of_scene(*scene->scene) : "";

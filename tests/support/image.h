@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "core/render/render.h"
@@ -52,9 +54,11 @@ inline bool same_bytes(const Pixels& a, const Pixels& b) {
     if (x.size() != y.size()) return false;
     return x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0;
   };
-  return same(a.color, b.color) && same(a.depth, b.depth) && same(a.normal, b.normal) &&
-         same(a.primitive_id, b.primitive_id) && same(a.object_id, b.object_id) &&
-         same(a.cost_volumes, b.cost_volumes) && same(a.cost_primitives, b.cost_primitives);
+  if (!same(a.color, b.color) || a.aovs() != b.aovs()) return false;
+  return std::ranges::all_of(a.aovs(), [&](Aov aov) {
+    return std::visit([&]<typename T>(const std::vector<T>& values) { return same(values, b.plane<T>(aov)); },
+                      a.values(aov));
+  });
 }
 
 }  // namespace tessera

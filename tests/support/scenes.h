@@ -18,6 +18,7 @@ class SceneBuilder {
     scene_.materials.push_back(m);
     return static_cast<std::uint32_t>(scene_.materials.size() - 1);
   }
+  std::uint32_t material(const WhittedSurface& surface) { return material(Material{surface}); }
   /// Takes a `Shape`, or one of its kinds.
   template <typename S>
   std::uint32_t shape(S&& s) {
@@ -49,10 +50,15 @@ class SceneBuilder {
   Scene scene_;
 };
 
-inline Material diffuse(Rgb color) { return {.diffuse = color}; }
-inline Material mirror_material() { return {.diffuse = {}, .reflect = {0.9F, 0.9F, 0.9F}}; }
-inline Material glass_material() {
+inline WhittedSurface diffuse(Rgb color) { return {.diffuse = color}; }
+inline WhittedSurface mirror_material() { return {.diffuse = {}, .reflect = {0.9F, 0.9F, 0.9F}}; }
+inline WhittedSurface glass_material() {
   return {.diffuse = {}, .reflect = {1, 1, 1}, .transmit = {1, 1, 1}, .ior = 1.5F, .fresnel = true};
+}
+
+/// What an object is made of, as Whitted's tracer sees it. Throws unless it is one of his surfaces.
+inline WhittedSurface surface_of(const Scene& scene, std::size_t object) {
+  return whitted_surface(scene.materials.at(scene.objects.at(object).material).surface).value();
 }
 
 inline Transform placed(const std::array<double, 12>& rows) { return *Transform::from_rows(rows); }
@@ -63,7 +69,8 @@ inline std::shared_ptr<const Scene> mixed_scene() {
   SceneBuilder b;
   const auto grey = b.material(diffuse({0.6F, 0.6F, 0.6F})), red = b.material(diffuse({0.8F, 0.2F, 0.1F}));
   const auto mirror = b.material(mirror_material()), glass = b.material(glass_material());
-  const auto shiny = b.material({.diffuse = {0.1F, 0.3F, 0.6F}, .specular = {0.5F, 0.5F, 0.5F}, .shininess = 30});
+  const auto shiny =
+      b.material(WhittedSurface{.diffuse = {0.1F, 0.3F, 0.6F}, .specular = {0.5F, 0.5F, 0.5F}, .shininess = 30});
   b.background({0.1F, 0.2F, 0.4F});
   b.light(PointLight{{3, 5, 4}, {60, 60, 50}})
       .light(DirectionalLight{*UnitVec3::normalize(Vec3{1, -2, -1}), {1, 1, 1}});

@@ -15,7 +15,7 @@ namespace tessera::bench {
 namespace {
 
 /// Reflects and transmits, so that a mesh alone brings rays of every kind.
-constexpr Material kEveryRay{
+constexpr WhittedSurface kEveryRay{
     .diffuse = {0.5F, 0.5F, 0.5F}, .reflect = {0.2F, 0.2F, 0.2F}, .transmit = {0.3F, 0.3F, 0.3F}, .ior = 1.5F};
 
 /// The mesh on a floor, lit by a point light beside the camera.
@@ -24,7 +24,7 @@ BenchScene on_a_floor(std::string name, Scene scene, bool from_issue) {
   for (const Object& object : scene.objects) box.extend(world_bounds(scene, object));
   const Vec3 size = box.diagonal(), lo = box.lo - size, hi = box.hi + size;
   const PerspectiveCamera camera = bench_camera(scene);
-  for (Material& material : scene.materials) material = kEveryRay;
+  for (Material& material : scene.materials) material.surface = kEveryRay;
   scene.materials.emplace_back();
   scene.shapes.emplace_back(
       Quad{{{{lo.x, box.lo.y, hi.z}, {hi.x, box.lo.y, hi.z}, {hi.x, box.lo.y, lo.z}, {lo.x, box.lo.y, lo.z}}}});
@@ -51,7 +51,8 @@ std::optional<BenchScene> kitchen(const std::filesystem::path& folder) {
     const std::string name = file.stem().string();
     const auto is = [&](const char* word) { return name.find(word) != std::string::npos; };
     const float mirror = is("metal") || is("black_glass") ? 0.6F : is("tiles_floor") || is("desktop") ? 0.15F : 0;
-    scene.materials.push_back({.diffuse = Rgb{1, 1, 1} * (0.7F * (1 - mirror)), .reflect = Rgb{1, 1, 1} * mirror});
+    scene.materials.push_back(
+        {WhittedSurface{.diffuse = Rgb{1, 1, 1} * (0.7F * (1 - mirror)), .reflect = Rgb{1, 1, 1} * mirror}});
     for (Object object : part->objects) {
       object.material = static_cast<std::uint32_t>(scene.materials.size() - 1);
       scene.shapes.push_back(part->shapes[object.shape]);

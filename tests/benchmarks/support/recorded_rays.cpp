@@ -54,7 +54,7 @@ RecordedRays record_rays(const RenderContext& context) {
   RayCounts counts;
   const Settings& settings = context.settings;
   const RecordingAccel recorder(*context.accel, counts, rays);
-  Whitted integrator(*context.scene, recorder, settings.max_depth, counts);
+  Whitted integrator(*context.scene, context.plan.features, recorder, context.plan.max_depth, counts);
   const PixelOffsets offsets(settings.seed, settings.samples, settings.jitter);
   for (const Tile& tile : context.plan.tiling.tiles) {
     if (tile.first_level == FirstLevel::nothing) continue;

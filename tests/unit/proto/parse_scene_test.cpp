@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/parse.h"
+#include "tests/support/scenes.h"
 #include "tests/unit/proto/test_files.h"
 
 namespace tessera::proto {
@@ -77,8 +78,8 @@ TEST(ParseScene, ObjectsWithoutAMaterialAreGrey) {
     {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "red"},
     {"type": "sphere", "center": [0, 0, 0], "radius": 1}]})");
   ASSERT_EQ(scene.materials.size(), 2U);
-  EXPECT_EQ(scene.materials[scene.objects[0].material].diffuse, (Rgb{0.5F, 0.5F, 0.5F}));
-  EXPECT_EQ(scene.materials[scene.objects[1].material].diffuse, (Rgb{1, 0, 0}));
+  EXPECT_EQ(surface_of(scene, 0).diffuse, (Rgb{0.5F, 0.5F, 0.5F}));
+  EXPECT_EQ(surface_of(scene, 1).diffuse, (Rgb{1, 0, 0}));
   EXPECT_EQ(scene.objects[0].material, scene.objects[2].material);
 }
 
@@ -92,8 +93,8 @@ TEST(ParseScene, EveryMaterialInTheOrderOfNames) {
     "a": {"type": "diffuse", "color": [0.25, 0.5, 0.75]},
     "f": {"type": "whitted"}}, "objects": []})");
   ASSERT_EQ(scene.materials.size(), 6U);
-  const auto expect = [&](std::size_t i, const Material& m) {
-    const Material& found = scene.materials[i];
+  const auto expect = [&](std::size_t i, const WhittedSurface& m) {
+    const WhittedSurface found = whitted_surface(scene.materials[i].surface).value();
     EXPECT_EQ(found.diffuse, m.diffuse) << i;
     EXPECT_EQ(found.specular, m.specular) << i;
     EXPECT_EQ(found.shininess, m.shininess) << i;
@@ -108,7 +109,7 @@ TEST(ParseScene, EveryMaterialInTheOrderOfNames) {
   expect(2, {black, black, 1, {0.5F, 1, 1}, black, 1, false});
   expect(3, {black, black, 1, white, {0, 1, 0}, 1.5F, true});
   expect(4, {{0.125F, 0.25F, 0.5F}, {1, 0, 0}, 3, {0, 1, 0}, {0, 0, 1}, 1.5F, true});
-  expect(5, Material{});
+  expect(5, WhittedSurface{});
 }
 
 TEST(ParseScene, EveryLight) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "proto/parse.h"
+#include "tests/support/scenes.h"
 #include "tests/unit/proto/test_files.h"
 
 namespace tessera::proto {
@@ -97,7 +98,7 @@ TEST(SceneFiles, PartsKeepTheFilesMaterialsUnlessTheObjectNamesOne) {
                          .scene;
   ASSERT_EQ(scene->shapes.size(), 2U);
   ASSERT_EQ(scene->objects.size(), 4U);
-  const auto diffuse = [&](std::size_t object) { return scene->materials[scene->objects[object].material].diffuse; };
+  const auto diffuse = [&](std::size_t object) { return surface_of(*scene, object).diffuse; };
   EXPECT_EQ(diffuse(2), (Rgb{1, 0.5F, 0}));
   EXPECT_EQ(diffuse(3), (Rgb{1, 0.5F, 0}));
   EXPECT_EQ(diffuse(0).g, 0) << "red";
@@ -118,7 +119,7 @@ TEST(SceneFiles, CompanionsComeFromBesideAPathOrByNameWithABlob) {
   };
   const auto red = [&](const std::string& list, std::size_t object) {
     const auto scene = parsed(objects(list), files).scene;
-    return scene->materials.at(scene->objects.at(object).material).diffuse.r;
+    return surface_of(*scene, object).diffuse.r;
   };
   const float full = red(R"({"type": "file", "path": "a/model.obj"})", 0);
   const float half = red(R"({"type": "file", "path": "b/model.obj"})", 0);

@@ -22,7 +22,7 @@ proto::Result<ImageChoice> choose(const std::string& query, const std::set<Aov>&
 TEST(ImageChoice, IsThePngOfTheColourUnlessAsked) {
   const auto choice = choose("");
   ASSERT_TRUE(choice);
-  EXPECT_EQ(choice->plane, Plane::color);
+  EXPECT_EQ(choice->plane, kColorPlane);
   EXPECT_EQ(choice->format.format, ImageFormat::png);
   EXPECT_FALSE(choice->partial);
   EXPECT_TRUE(choose("partial=1")->partial);
@@ -40,9 +40,9 @@ TEST(ImageChoice, FormatOverridesAccept) {
 }
 
 TEST(ImageChoice, AnAovHasToBeRecorded) {
-  EXPECT_EQ(choose("aov=depth", {Aov::depth})->plane, Plane::depth);
+  EXPECT_EQ(choose("aov=depth", {Aov::depth})->plane, Plane{Aov::depth});
   EXPECT_EQ(choose("aov=depth", {Aov::normal}).problem().code, ProblemCode::not_found);
-  EXPECT_EQ(choose("aov=all")->plane, Plane::all);
+  EXPECT_EQ(choose("aov=all")->plane, kAllPlanes);
   EXPECT_EQ(choose("aov=").problem().code, ProblemCode::malformed_request);
   EXPECT_EQ(choose("aov=colour").problem().code, ProblemCode::malformed_request);
 }
@@ -79,9 +79,9 @@ TEST(ImageChoice, NotEveryFormatHoldsEverySize) {
   EXPECT_TRUE(choose_of_size(1U << 26, 1, "format=png"));
   Settings huge;
   huge.width = 0x7FFFFFFF;
-  EXPECT_EQ(able_formats(Plane::color, huge), "png (image/png), hdr (image/vnd.radiance)");
+  EXPECT_EQ(able_formats(kColorPlane, huge), "png (image/png), hdr (image/vnd.radiance)");
   huge.width = 0x80000000;
-  EXPECT_EQ(able_formats(Plane::color, huge), "");
+  EXPECT_EQ(able_formats(kColorPlane, huge), "");
 }
 
 TEST(ImageChoice, JpegHasAQuality) {

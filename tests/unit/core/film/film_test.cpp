@@ -11,23 +11,23 @@ TEST(Film, TakesTilesInAnyOrderAndShowsWhatIsThere) {
   Film film(5, 3, aovs, {left, right});
   Pixels tile(right, aovs);
   tile.color[tile.index(4, 2)] = {1, 2, 3};
-  tile.depth[tile.index(2, 0)] = 7;
-  tile.cost_volumes[tile.index(3, 1)] = 2.5F;
-  tile.cost_primitives[tile.index(3, 1)] = 1.5F;
+  tile.plane<float>(Aov::depth)[tile.index(2, 0)] = 7;
+  tile.plane<float>(Aov::cost_volumes)[tile.index(3, 1)] = 2.5F;
+  tile.plane<float>(Aov::cost_primitives)[tile.index(3, 1)] = 1.5F;
   film.store(1, tile);
   EXPECT_EQ(film.tiles_stored(), 1U);
   EXPECT_FALSE(film.complete());
 
   const Pixels& part = film.pixels();
   EXPECT_EQ(part.color[part.index(4, 2)], (Rgb{1, 2, 3}));
-  EXPECT_EQ(part.depth[part.index(2, 0)], 7);
-  EXPECT_EQ(part.cost_volumes[part.index(3, 1)], 2.5F);
-  EXPECT_EQ(part.cost_primitives[part.index(3, 1)], 1.5F);
+  EXPECT_EQ(part.plane<float>(Aov::depth)[part.index(2, 0)], 7);
+  EXPECT_EQ(part.plane<float>(Aov::cost_volumes)[part.index(3, 1)], 2.5F);
+  EXPECT_EQ(part.plane<float>(Aov::cost_primitives)[part.index(3, 1)], 1.5F);
   const std::vector<bool> stored = film.stored();
   EXPECT_EQ(stored, (std::vector<bool>{false, true}));
   const std::vector<std::uint8_t> there = film.pixels_of(stored);
   EXPECT_EQ(there, (std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1}));
-  EXPECT_TRUE(part.normal.empty()) << "not asked for";
+  EXPECT_TRUE(part.plane<Vec3>(Aov::normal).empty()) << "not asked for";
 
   film.store(0, Pixels(left, aovs));
   EXPECT_EQ(film.pixels_of(stored), there) << "as they were looked for";

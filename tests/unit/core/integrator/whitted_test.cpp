@@ -24,7 +24,8 @@ Seen look(const std::shared_ptr<const Scene>& scene, const Ray& ray, std::uint32
   const auto accel = make_accel(scene, {AccelKind::bvh});
   Seen seen;
   const Hit hit = accel->closest(ray).value_or(Hit{});
-  Whitted(*scene, *accel, max_depth, seen.rays).radiance({&ray, 1}, {&hit, 1}, {&seen.radiance, 1});
+  Whitted(*scene, features_of(*scene), *accel, max_depth, seen.rays)
+      .radiance({&ray, 1}, {&hit, 1}, {&seen.radiance, 1});
   return seen;
 }
 
@@ -113,7 +114,7 @@ TEST(Whitted, AChainFadesByAllItsSurfaces) {
   EXPECT_EQ(look(crossed, kDown, 64).rays.reflection, 1U) << "red is all that is left, and blue glass all that comes";
 }
 
-const Material kPane{.diffuse = {}, .reflect = {1, 1, 1}, .transmit = {1, 1, 1}};
+const WhittedSurface kPane{.diffuse = {}, .reflect = {1, 1, 1}, .transmit = {1, 1, 1}};
 
 /// A pane that splits every ray in two without loss, in the middle of a mirror all around.
 std::shared_ptr<const Scene> pane_in_a_mirror() {
@@ -174,8 +175,8 @@ TEST(Whitted, CutsDontDependOnTheBatch) {
   accel->closest(rays, hits);
   RayCounts together, one_by_one;
   std::vector<Rgb> batch(rays.size());
-  Whitted(*scene, *accel, 64, together).radiance(rays, hits, batch);
-  Whitted alone(*scene, *accel, 64, one_by_one);
+  Whitted(*scene, features_of(*scene), *accel, 64, together).radiance(rays, hits, batch);
+  Whitted alone(*scene, features_of(*scene), *accel, 64, one_by_one);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     Rgb radiance;
     alone.radiance({&rays[i], 1}, {&hits[i], 1}, {&radiance, 1});
@@ -196,7 +197,7 @@ TEST(Whitted, WhiteGlassAndMirrorVanishInAConstantEnvironment) {
 }
 
 TEST(Shade, PhongPeaksInTheMirrorDirection) {
-  const Material m{.diffuse = {}, .specular = {1, 1, 1}, .shininess = 10};
+  const WhittedSurface m{.diffuse = {}, .specular = {1, 1, 1}, .shininess = 10};
   const Vec3 n{0, 1, 0}, viewer = to_float(Vec3d{0.6, 0.8, 0}), light{-0.6F, 0.8F, 0};
   EXPECT_NEAR(shade(m, n, viewer, light, {kPi, kPi, kPi}).r, 1, 1e-5);
   EXPECT_NEAR(shade(m, n, {0, 1, 0}, light, {kPi, kPi, kPi}).r, std::pow(0.8F, 10.0F), 1e-5);

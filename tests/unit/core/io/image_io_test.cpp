@@ -14,23 +14,32 @@
 #include "core/io/heat_color.h"
 #include "core/io/oiio/write_with_oiio.h"
 #include "core/io/png_file.h"
+#include "core/math/rounding.h"
 #include "tests/support/effort.h"
 
 namespace tessera {
 namespace {
 
-const std::set<Aov> kAll{Aov::depth,     Aov::normal,       Aov::primitive_id,
-                         Aov::object_id, Aov::cost_volumes, Aov::cost_primitives};
+const std::set<Aov> kAll = [] {
+  std::set<Aov> aovs;
+  for (const AovEntry& row : aov_table()) aovs.insert(row.aov);
+  return aovs;
+}();
 
 Pixels sample() {
   Pixels p({0, 0, 2, 1}, kAll);
   p.color = {{0.5F, 2, 0}, {0, 0.0031308F, 1}};
-  p.depth = {1.5F, kInfinity};
-  p.normal = {{0, 0, 1}, {0, 0, 0}};
-  p.primitive_id = {0xFFFFFFFE, kNoId};
-  p.object_id = {3, kNoId};
-  p.cost_volumes = {40, 10};
-  p.cost_primitives = {0, 0.5F};
+  p.plane<float>(Aov::depth) = {1.5F, kInfinity};
+  p.plane<Vec3>(Aov::normal) = {{0, 0, 1}, {0, 0, 0}};
+  p.plane<std::uint32_t>(Aov::primitive_id) = {0xFFFFFFFE, kNoId};
+  p.plane<std::uint32_t>(Aov::object_id) = {3, kNoId};
+  p.plane<float>(Aov::cost_volumes) = {40, 10};
+  p.plane<float>(Aov::cost_primitives) = {0, 0.5F};
+  p.plane<Rgb>(Aov::albedo) = {{0.5F, 0.25F, 1}, {}};
+  p.plane<Vec3>(Aov::position) = {{-1, 2, 3}, {1, 2, 5}};
+  p.plane<float>(Aov::alpha) = {0.75F, 0};
+  p.plane<std::uint32_t>(Aov::sample_count) = {64, 16};
+  p.plane<Rgb>(Aov::variance) = {{0.5F, 0, 0.25F}, {}};
   return p;
 }
 
@@ -59,8 +68,21 @@ Decoded decode(const std::vector<std::byte>& file, const char* name) {
   return out;
 }
 
+/// Where in a pixel each channel is.
+using Offsets = std::map<std::string, std::size_t>;
+
+Offsets offsets_of(const OIIO::ImageSpec& spec) {
+  Offsets offsets;
+  std::size_t offset = 0;
+  for (int c = 0; c < spec.nchannels; ++c) {
+    offsets[spec.channelnames[static_cast<std::size_t>(c)]] = offset;
+    offset += spec.channelformat(c).size();
+  }
+  return offsets;
+}
+
 TEST(ImageIo, PngHoldsSrgbBytes) {
-  const auto file = encode(sample(), Plane::color, {ImageFormat::png, {}});
+  const auto file = encode(sample(), kColorPlane, {ImageFormat::png, {}});
   ASSERT_TRUE(file);
   const Decoded image = decode(*file, "x.png");
   ASSERT_EQ(image.spec.nchannels, 3);
@@ -70,7 +92,7 @@ TEST(ImageIo, PngHoldsSrgbBytes) {
 
 TEST(ImageIo, PngOfAPartialImageIsTransparentWhereNothingIsYet) {
   const std::vector<std::uint8_t> done{1, 0};
-  const auto file = encode(sample(), Plane::color, {ImageFormat::png, {}}, &done);
+  const auto file = encode(sample(), kColorPlane, {ImageFormat::png, {}}, &done);
   ASSERT_TRUE(file);
   const auto bytes = decode(*file, "x.png").bytes();
   ASSERT_EQ(bytes.size(), 8U);
@@ -102,66 +124,64 @@ TEST(ImageIo, PngComesBackAsItWas) {
 }
 
 TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {
-  const auto file = encode(sample(), Plane::all, {ImageFormat::exr, {}});
+  const auto file = encode(sample(), kAllPlanes, {ImageFormat::exr, {}});
   ASSERT_TRUE(file);
   const Decoded image = decode(*file, "x.exr");
-  ASSERT_EQ(image.spec.nchannels, 11);
-  std::map<std::string, std::size_t> offsets;
-  for (std::size_t c = 0, offset = 0; c < 11; ++c) {
-    offsets[image.spec.channelnames[c]] = offset;
-    offset += image.spec.channelformat(static_cast<int>(c)).size();
-  }
-  EXPECT_EQ(image.value<float>(offsets.at("R")), 0.5F);
-  EXPECT_EQ(image.value<float>(offsets.at("G")), 2.0F);
-  EXPECT_EQ(image.value<float>(offsets.at("B")), 0.0F);
-  EXPECT_EQ(image.value<float>(offsets.at("Z")), 1.5F);
-  EXPECT_EQ(image.value<float>(offsets.at("N.X")), 0.0F);
-  EXPECT_EQ(image.value<float>(offsets.at("N.Y")), 0.0F);
-  EXPECT_EQ(image.value<float>(offsets.at("N.Z")), 1.0F);
-  EXPECT_EQ(image.value<std::uint32_t>(offsets.at("primitiveId")), 0xFFFFFFFE);
-  EXPECT_EQ(image.value<std::uint32_t>(offsets.at("objectId")), 3U);
-  EXPECT_EQ(image.value<float>(offsets.at("cost.volumes")), 40.0F);
-  EXPECT_EQ(image.value<float>(offsets.at("cost.primitives")), 0.0F);
+  const Offsets at = offsets_of(image.spec);
+  ASSERT_EQ(at.size(), 22U);
+  const std::map<std::string, float> reals{
+      {"R", 0.5F},          {"G", 2.0F},          {"B", 0.0F},           {"A", 0.75F},          {"Z", 1.5F},
+      {"N.X", 0.0F},        {"N.Y", 0.0F},        {"N.Z", 1.0F},         {"P.X", -1.0F},        {"P.Y", 2.0F},
+      {"P.Z", 3.0F},        {"cost.volumes", 40}, {"albedo.R", 0.5F},    {"albedo.G", 0.25F},   {"albedo.B", 1.0F},
+      {"variance.R", 0.5F}, {"variance.G", 0.0F}, {"variance.B", 0.25F}, {"cost.primitives", 0}};
+  for (const auto& [name, value] : reals) EXPECT_EQ(image.value<float>(at.at(name)), value) << name;
+  EXPECT_EQ(image.value<std::uint32_t>(at.at("primitiveId")), 0xFFFFFFFE);
+  EXPECT_EQ(image.value<std::uint32_t>(at.at("objectId")), 3U);
+  EXPECT_EQ(image.value<std::uint32_t>(at.at("sampleCount")), 64U);
 }
 
 TEST(ImageIo, ExrSaysNothingOfTheTimeItWasWritten) {
-  const auto file = encode(sample(), Plane::all, {ImageFormat::exr, {}});
+  const auto file = encode(sample(), kAllPlanes, {ImageFormat::exr, {}});
   ASSERT_TRUE(file);
   EXPECT_EQ(decode(*file, "x.exr").spec.get_string_attribute("DateTime"), "1970:01:01 00:00:00");
 }
 
 TEST(ImageIo, EncodesEveryPlaneThatAFormatCanHold) {
   const Pixels p = sample();
-  for (const Plane plane : {Plane::color, Plane::depth, Plane::normal, Plane::primitive_id, Plane::object_id,
-                            Plane::cost_volumes, Plane::cost_primitives}) {
+  std::vector<Plane> planes{kColorPlane};
+  for (const Aov aov : kAll) planes.push_back({aov});
+  for (const Plane& plane : planes) {
     EXPECT_TRUE(encode(p, plane, {ImageFormat::png, {}}));
     EXPECT_TRUE(encode(p, plane, {ImageFormat::jpeg, {}}));
     EXPECT_TRUE(encode(p, plane, {ImageFormat::exr, {}}));
   }
-  EXPECT_TRUE(encode(p, Plane::color, {ImageFormat::hdr, {}}));
-  EXPECT_FALSE(encode(p, Plane::normal, {ImageFormat::hdr, {}})) << "RGBE has no sign";
-  EXPECT_TRUE(encode(p, Plane::cost_volumes, {ImageFormat::hdr, {}}));
-  EXPECT_TRUE(encode(p, Plane::cost_primitives, {ImageFormat::hdr, {}}));
-  for (const Plane plane : {Plane::depth, Plane::primitive_id, Plane::object_id, Plane::all})
+  EXPECT_TRUE(encode(p, kColorPlane, {ImageFormat::hdr, {}}));
+  EXPECT_FALSE(encode(p, Plane{Aov::normal}, {ImageFormat::hdr, {}})) << "RGBE has no sign";
+  EXPECT_TRUE(encode(p, Plane{Aov::cost_volumes}, {ImageFormat::hdr, {}}));
+  EXPECT_TRUE(encode(p, Plane{Aov::cost_primitives}, {ImageFormat::hdr, {}}));
+  for (const Aov aov : {Aov::albedo, Aov::alpha, Aov::sample_count, Aov::variance})
+    EXPECT_TRUE(encode(p, {aov}, {ImageFormat::hdr, {}}));
+  EXPECT_FALSE(encode(p, {Aov::position}, {ImageFormat::hdr, {}}));
+  for (const Plane plane : {Plane{Aov::depth}, Plane{Aov::primitive_id}, Plane{Aov::object_id}, kAllPlanes})
     EXPECT_FALSE(encode(p, plane, {ImageFormat::hdr, {}}));
-  EXPECT_FALSE(encode(p, Plane::all, {ImageFormat::png, {}}));
-  EXPECT_FALSE(encode(Pixels({0, 0, 1, 1}, {}), Plane::depth, {ImageFormat::png, {}})) << "not recorded";
+  EXPECT_FALSE(encode(p, kAllPlanes, {ImageFormat::png, {}}));
+  EXPECT_FALSE(encode(Pixels({0, 0, 1, 1}, {}), Plane{Aov::depth}, {ImageFormat::png, {}})) << "not recorded";
 }
 
 TEST(ImageIo, CostsAreAHeatMapUpToTheGreatest) {
   const auto pixel = [](const Pixels& p, std::size_t i) {
-    const auto bytes = decode(*encode(p, Plane::cost_volumes, {ImageFormat::png, {}}), "x.png").bytes();
+    const auto bytes = decode(*encode(p, Plane{Aov::cost_volumes}, {ImageFormat::png, {}}), "x.png").bytes();
     return std::array<std::uint8_t, 3>{bytes.at(i * 3), bytes.at(i * 3 + 1), bytes.at(i * 3 + 2)};
   };
   EXPECT_EQ(pixel(sample(), 0), heat_color(1));
   EXPECT_EQ(pixel(sample(), 1), heat_color(0.25));
   Pixels nothing = sample();
-  nothing.cost_volumes = {0, 0};
+  nothing.plane<float>(Aov::cost_volumes) = {0, 0};
   EXPECT_EQ(pixel(nothing, 0), heat_color(0)) << "no cost is black, even where it is the greatest";
 }
 
 TEST(ImageIo, HdrHoldsCostsAsGrey) {
-  const Decoded image = decode(*encode(sample(), Plane::cost_volumes, {ImageFormat::hdr, {}}), "x.hdr");
+  const Decoded image = decode(*encode(sample(), Plane{Aov::cost_volumes}, {ImageFormat::hdr, {}}), "x.hdr");
   ASSERT_EQ(image.spec.nchannels, 3);
   for (const std::size_t channel : {0, 1, 2}) {
     EXPECT_NEAR(image.value<float>(channel * 4), 40, 0.4);
@@ -170,7 +190,7 @@ TEST(ImageIo, HdrHoldsCostsAsGrey) {
 }
 
 TEST(ImageIo, HdrKeepsRadianceToAPercent) {
-  const auto file = encode(sample(), Plane::color, {ImageFormat::hdr, {}});
+  const auto file = encode(sample(), kColorPlane, {ImageFormat::hdr, {}});
   ASSERT_TRUE(file);
   const Decoded image = decode(*file, "x.hdr");
   ASSERT_EQ(image.spec.nchannels, 3);
@@ -181,7 +201,7 @@ TEST(ImageIo, HdrKeepsRadianceToAPercent) {
 TEST(ImageIo, HdrClampsWhatRgbeCannotHold) {
   Pixels p({0, 0, 1, 1}, {});
   p.color = {{3e38F, 1e38F, kInfinity}};  // 2^127 is 1.7e38.
-  const Decoded image = decode(*encode(p, Plane::color, {ImageFormat::hdr, {}}), "x.hdr");
+  const Decoded image = decode(*encode(p, kColorPlane, {ImageFormat::hdr, {}}), "x.hdr");
   EXPECT_NEAR(image.value<float>(0), 1.7e38, 1e36);
   EXPECT_NEAR(image.value<float>(4), 1e38, 1e36);
   EXPECT_NEAR(image.value<float>(8), 1.7e38, 1e36);
@@ -191,7 +211,7 @@ TEST(ImageIo, HdrClampsWhatRgbeCannotHold) {
 int error_of_stripes(const JpegOptions& options) {
   Pixels p({0, 0, 64, 64}, {});
   for (std::size_t i = 0; i < p.color.size(); ++i) p.color[i] = i % 2 == 0 ? Rgb{1, 0, 0} : Rgb{0, 0, 1};
-  const auto bytes = decode(*encode(p, Plane::color, {ImageFormat::jpeg, options}), "x.jpg").bytes();
+  const auto bytes = decode(*encode(p, kColorPlane, {ImageFormat::jpeg, options}), "x.jpg").bytes();
   EXPECT_EQ(bytes.size(), p.color.size() * 3);
   int error = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -217,7 +237,7 @@ TEST(ImageIo, QualityTakesBytes) {
   }
   std::size_t last = 0;
   for (const int quality : {1, 10, 50, 90, 100}) {
-    const std::size_t size = encode(p, Plane::color, {ImageFormat::jpeg, {quality, Subsampling::s444}})->size();
+    const std::size_t size = encode(p, kColorPlane, {ImageFormat::jpeg, {quality, Subsampling::s444}})->size();
     EXPECT_GT(size, last) << quality;
     last = size;
   }
@@ -255,21 +275,23 @@ TEST(ImageIo, EveryFormatTakesTheSizesThatItSays) {
     Pixels p({0, 0, size.width, size.height}, kAll);
     p.color.back() = {0, 1, 0};
     const std::vector<std::uint8_t> done(p.color.size(), 1);
-    for (const Plane plane :
-         {Plane::color, Plane::depth, Plane::normal, Plane::object_id, Plane::cost_volumes, Plane::all})
+    for (const Plane plane : {kColorPlane, Plane{Aov::depth}, Plane{Aov::normal}, Plane{Aov::object_id},
+                              Plane{Aov::cost_volumes}, kAllPlanes})
       for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpeg, ImageFormat::exr, ImageFormat::hdr}) {
-        if (area > 1000 && plane != Plane::color && plane != Plane::all) continue;
-        if (is_large && plane == Plane::all) continue;
+        if (area > 1000 && plane != kColorPlane && plane != kAllPlanes) continue;
+        if (is_large && plane == kAllPlanes) continue;
         SCOPED_TRACE(testing::Message() << size.width << " × " << size.height << ' ' << name_of(format) << " plane "
-                                        << static_cast<int>(plane));
+                                        << (plane.aov      ? aov_entry(*plane.aov).name
+                                            : plane.is_all ? "all"
+                                                           : "color"));
         const bool is_jpeg = format == ImageFormat::jpeg;
         const bool fits = !is_jpeg || (size.width <= 65500 && size.height <= 65500);
         EXPECT_LE(can_hold(format, plane, static_cast<std::uint32_t>(size.width),
                            static_cast<std::uint32_t>(size.height), kAll),
                   fits);
-        const auto file = encode(p, plane, {format, {}}, plane == Plane::all ? &done : nullptr);
-        const bool has_values = format == ImageFormat::exr || (plane != Plane::all && format != ImageFormat::hdr) ||
-                                plane == Plane::color || plane == Plane::cost_volumes;
+        const auto file = encode(p, plane, {format, {}}, plane == kAllPlanes ? &done : nullptr);
+        const bool has_values = format == ImageFormat::exr || (plane != kAllPlanes && format != ImageFormat::hdr) ||
+                                plane == kColorPlane || plane == Plane{Aov::cost_volumes};
         ASSERT_EQ(file.has_value(), fits && has_values);
         if (!file) continue;
         if (format == ImageFormat::png) {
@@ -280,7 +302,7 @@ TEST(ImageIo, EveryFormatTakesTheSizesThatItSays) {
         const Decoded image = decode(*file, name_of(format));
         EXPECT_EQ(image.spec.width, size.width);
         EXPECT_EQ(image.spec.height, size.height);
-        if (plane != Plane::color) continue;
+        if (plane != kColorPlane) continue;
         const std::size_t last = image.native.size() - 3 * image.spec.format.size();
         if (format == ImageFormat::exr || format == ImageFormat::hdr)
           EXPECT_NEAR(image.value<float>(last + 4), 1, 0.01);
@@ -297,7 +319,7 @@ TEST(ImageIo, EncodesTheLargestImages) {
   for (const Size size : {Size{kMost, 1}, Size{1, kMost}})
     for (const ImageFormat format : {ImageFormat::png, ImageFormat::exr, ImageFormat::hdr}) {
       SCOPED_TRACE(testing::Message() << size.width << " × " << size.height << ' ' << name_of(format));
-      const auto file = encode(Pixels({0, 0, size.width, size.height}, {}), Plane::color, {format, {}});
+      const auto file = encode(Pixels({0, 0, size.width, size.height}, {}), kColorPlane, {format, {}});
       ASSERT_TRUE(file);
       if (format == ImageFormat::png) {
         EXPECT_EQ(png_size(*file).width, size.width);
@@ -313,35 +335,35 @@ TEST(ImageIo, EncodesTheLargestImages) {
 }
 
 TEST(ImageIo, SizesThatNoFileHoldsAreRefused) {
-  EXPECT_TRUE(can_hold(ImageFormat::png, Plane::color, 0x7FFFFFFF, 1, {}));
-  EXPECT_FALSE(can_hold(ImageFormat::png, Plane::color, 0x80000000, 1, {}));
-  EXPECT_FALSE(can_hold(ImageFormat::png, Plane::color, 0, 1, {}));
-  EXPECT_FALSE(can_hold(ImageFormat::png, Plane::color, 1, 0, {}));
-  EXPECT_TRUE(can_hold(ImageFormat::exr, Plane::color, 1 << 26, 1, kAll));
-  EXPECT_FALSE(can_hold(ImageFormat::exr, Plane::all, 1 << 26, 1, kAll)) << "48 bytes a pixel are more than 2^31 a row";
-  EXPECT_TRUE(can_hold(ImageFormat::exr, Plane::all, 1, 1 << 26, kAll));
-  EXPECT_FALSE(can_hold(ImageFormat::exr, Plane::color, 1, 1 << 30, {}));
+  EXPECT_TRUE(can_hold(ImageFormat::png, kColorPlane, 0x7FFFFFFF, 1, {}));
+  EXPECT_FALSE(can_hold(ImageFormat::png, kColorPlane, 0x80000000, 1, {}));
+  EXPECT_FALSE(can_hold(ImageFormat::png, kColorPlane, 0, 1, {}));
+  EXPECT_FALSE(can_hold(ImageFormat::png, kColorPlane, 1, 0, {}));
+  EXPECT_TRUE(can_hold(ImageFormat::exr, kColorPlane, 1 << 26, 1, kAll));
+  EXPECT_FALSE(can_hold(ImageFormat::exr, kAllPlanes, 1 << 26, 1, kAll)) << "92 bytes a pixel are more than 2^31 a row";
+  EXPECT_TRUE(can_hold(ImageFormat::exr, kAllPlanes, 1, 1 << 26, kAll));
+  EXPECT_FALSE(can_hold(ImageFormat::exr, kColorPlane, 1, 1 << 30, {}));
 }
 
 TEST(ImageIo, WhatIsNotDoneLooksAsIfNothingWereThere) {
   const std::vector<std::uint8_t> done{1, 0};
   Pixels p = sample();
-  p.depth[1] = 5;
-  p.object_id[1] = 6;
-  p.cost_volumes[1] = 1000;
-  const Decoded exr = decode(*encode(p, Plane::all, {ImageFormat::exr, {}}, &done), "x.exr");
-  std::map<std::string, std::size_t> offsets;
-  std::size_t offset = 0;
-  for (std::size_t c = 0; c < exr.spec.channelnames.size(); ++c) {
-    offsets[exr.spec.channelnames[c]] = offset;
-    offset += exr.spec.channelformat(static_cast<int>(c)).size();
-  }
-  EXPECT_EQ(exr.value<float>(offsets.at("A")), 1);
+  p.plane<float>(Aov::depth)[1] = 5;
+  p.plane<std::uint32_t>(Aov::object_id)[1] = 6;
+  p.plane<float>(Aov::cost_volumes)[1] = 1000;
+  const Decoded exr = decode(*encode(p, kAllPlanes, {ImageFormat::exr, {}}, &done), "x.exr");
+  const Offsets offsets = offsets_of(exr.spec);
+  const std::size_t offset = exr.spec.pixel_bytes(true);
+  EXPECT_EQ(exr.value<float>(offsets.at("A")), 0.75F) << "the alpha that was recorded";
   EXPECT_EQ(exr.value<float>(offset + offsets.at("A")), 0);
   EXPECT_EQ(exr.value<float>(offset + offsets.at("B")), 0);
   EXPECT_EQ(exr.value<float>(offset + offsets.at("Z")), kInfinity);
   EXPECT_EQ(exr.value<std::uint32_t>(offset + offsets.at("objectId")), kNoId);
-  const auto heat = decode(*encode(p, Plane::cost_volumes, {ImageFormat::png, {}}, &done), "x.png").bytes();
+  const Decoded color = decode(*encode(p, kColorPlane, {ImageFormat::exr, {}}, &done), "x.exr");
+  const std::size_t alpha = offsets_of(color.spec).at("A");
+  EXPECT_EQ(color.value<float>(alpha), 1);
+  EXPECT_EQ(color.value<float>(color.spec.pixel_bytes(true) + alpha), 0);
+  const auto heat = decode(*encode(p, Plane{Aov::cost_volumes}, {ImageFormat::png, {}}, &done), "x.png").bytes();
   EXPECT_EQ(heat.at(0), heat_color(1)[0]) << "the greatest of what is there";
   EXPECT_EQ(heat.size(), 8U);
 }

@@ -25,13 +25,13 @@ TEST(Render, RecordsWhatThePixelsFirstSampleMeets) {
   const auto scene = SceneBuilder().add(Sphere{{50, 0, 0}, 1}).add(quad).build();
   const Pixels p = render_image(scene, kAbove, small()).pixels;
   const std::size_t inside = p.index(9, 6), outside = p.index(1, 1);  // x > −z: the second triangle's side
-  EXPECT_EQ(p.depth[inside], 5);
-  EXPECT_EQ(p.normal[inside], (Vec3{0, 1, 0}));
-  EXPECT_EQ(p.object_id[inside], 1U);
-  EXPECT_EQ(p.primitive_id[p.index(10, 8)], 0U);
-  EXPECT_EQ(p.primitive_id[p.index(5, 7)], 1U);
-  EXPECT_EQ(p.depth[outside], kInfinity);
-  EXPECT_EQ(p.object_id[outside], kNoId);
+  EXPECT_EQ(p.plane<float>(Aov::depth)[inside], 5);
+  EXPECT_EQ(p.plane<Vec3>(Aov::normal)[inside], (Vec3{0, 1, 0}));
+  EXPECT_EQ(p.plane<std::uint32_t>(Aov::object_id)[inside], 1U);
+  EXPECT_EQ(p.plane<std::uint32_t>(Aov::primitive_id)[p.index(10, 8)], 0U);
+  EXPECT_EQ(p.plane<std::uint32_t>(Aov::primitive_id)[p.index(5, 7)], 1U);
+  EXPECT_EQ(p.plane<float>(Aov::depth)[outside], kInfinity);
+  EXPECT_EQ(p.plane<std::uint32_t>(Aov::object_id)[outside], kNoId);
 }
 
 TEST(Render, AveragesSamples) {
@@ -97,10 +97,10 @@ TEST(Render, CostsAreAllTestsOfAPixelsRaysPerSample) {
   settings.aovs = {Aov::cost_volumes, Aov::cost_primitives};
   const TileResult tile = counted(settings);
   const Pixels& p = tile.pixels;
-  EXPECT_EQ(p.cost_volumes[p.index(3, 5)], 3 + 10) << "the camera's ray and the shadow ray";
-  EXPECT_EQ(p.cost_primitives[p.index(3, 5)], 2 + 5);
-  EXPECT_EQ(p.cost_volumes[p.index(12, 5)], 3);
-  EXPECT_EQ(p.cost_primitives[p.index(12, 5)], 2);
+  EXPECT_EQ(p.plane<float>(Aov::cost_volumes)[p.index(3, 5)], 3 + 10) << "the camera's ray and the shadow ray";
+  EXPECT_EQ(p.plane<float>(Aov::cost_primitives)[p.index(3, 5)], 2 + 5);
+  EXPECT_EQ(p.plane<float>(Aov::cost_volumes)[p.index(12, 5)], 3);
+  EXPECT_EQ(p.plane<float>(Aov::cost_primitives)[p.index(12, 5)], 2);
   const std::uint64_t camera = 16 * 16 * 4, shadow = 8 * 16 * 4;
   EXPECT_EQ(tile.tests, (TestCounts{camera * 3 + shadow * 10, camera * 2 + shadow * 9, camera * 2 + shadow * 5,
                                     camera + shadow, camera + shadow * 4}));
@@ -112,7 +112,7 @@ TEST(Render, CountsOnlyWhenAsked) {
   EXPECT_EQ(counted(settings).tests, TestCounts());
   settings.count_tests = true;
   EXPECT_GT(counted(settings).tests.volume_tests, 0U);
-  EXPECT_TRUE(counted(settings).pixels.cost_volumes.empty());
+  EXPECT_TRUE(counted(settings).pixels.plane<float>(Aov::cost_volumes).empty());
 }
 
 TEST(Render, BackgroundThatIsKnownCostsNothing) {
@@ -120,8 +120,8 @@ TEST(Render, BackgroundThatIsKnownCostsNothing) {
   settings.aovs = {Aov::cost_volumes, Aov::cost_primitives};
   settings.tile_size = 4;
   const Pixels p = render_image(SceneBuilder().add(Sphere{{1, 0, 1}, 0.25F}).build(), kAbove, settings).pixels;
-  EXPECT_EQ(p.cost_volumes[p.index(1, 1)], 0);
-  EXPECT_EQ(p.cost_primitives[p.index(1, 1)], 0);
+  EXPECT_EQ(p.plane<float>(Aov::cost_volumes)[p.index(1, 1)], 0);
+  EXPECT_EQ(p.plane<float>(Aov::cost_primitives)[p.index(1, 1)], 0);
 }
 
 TEST(Render, BillionsOfBackgroundSamplesAreSummedInAMoment) {

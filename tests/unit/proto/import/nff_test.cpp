@@ -118,7 +118,7 @@ TEST(Nff, LightsShareAUsefulIntensity) {
 TEST(Nff, FillsBecomeMaterials) {
   const Imported file = read("f 1 0.5 0 0.8 0.3 12 0 0\nf 1 1 1 0 0 0 0.8 1.5\nf 1 1 1 0 0.1 0 0.8 1.5\ns 0 0 0 1");
   ASSERT_EQ(file.materials.size(), 3U);
-  const Material& shiny = file.materials[0];
+  const WhittedSurface& shiny = file.materials[0];
   // Values of the sRGB curve (IEC 61966-2-1) at 0.8, 0.4, 0.3, 0.2 and 0.1.
   EXPECT_NEAR(shiny.diffuse.r, 0.603827F, 1e-6);
   EXPECT_NEAR(shiny.diffuse.g, 0.132868F, 1e-6);
@@ -127,7 +127,7 @@ TEST(Nff, FillsBecomeMaterials) {
   EXPECT_EQ(shiny.shininess, 12);
   EXPECT_TRUE(shiny.transmit.is_black());
   EXPECT_EQ(shiny.ior, 1) << "an index of 0 means nothing where nothing is transmitted";
-  const Material& glass = file.materials[1];
+  const WhittedSurface& glass = file.materials[1];
   EXPECT_NEAR(glass.transmit.r, 0.603827F, 1e-6);
   EXPECT_NEAR(glass.reflect.r, 0.033105F, 1e-6);
   EXPECT_EQ(glass.ior, 1.5F);

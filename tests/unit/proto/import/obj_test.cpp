@@ -357,7 +357,7 @@ class ObjMaterials : public testing::Test {
     });
   }
 
-  Material material(const std::string& mtl) {
+  WhittedSurface material(const std::string& mtl) {
     write("m.mtl", "newmtl m\n" + mtl);
     const Imported file = read_with("mtllib m.mtl\nusemtl m\nf 1 2 3\n");
     warnings_ = file.warnings;
@@ -377,7 +377,7 @@ class ObjMaterials : public testing::Test {
 };
 
 TEST_F(ObjMaterials, MapOntoWhitted) {
-  const Material plain = material("Kd 0.1 0.2 0.3\nKs 0.4 0.5 0.6\nNs 20\nNi 1.5\nillum 2\n");
+  const WhittedSurface plain = material("Kd 0.1 0.2 0.3\nKs 0.4 0.5 0.6\nNs 20\nNi 1.5\nillum 2\n");
   EXPECT_EQ(plain.diffuse, (Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(plain.specular, (Rgb{0.4F, 0.5F, 0.6F}));
   EXPECT_EQ(plain.shininess, 20);
@@ -389,7 +389,7 @@ TEST_F(ObjMaterials, MapOntoWhitted) {
   EXPECT_TRUE(material("Ks 1 1 1\nillum 1\n").specular.is_black());
   EXPECT_EQ(material("Ks 1 0.5 0\nillum 3\n").reflect, (Rgb{1, 0.5F, 0}));
 
-  const Material glass = material("Kd 1 1 1\nKs 0.25 0.25 0.25\nd 0.25\nNi 1.5\nillum 7\n");
+  const WhittedSurface glass = material("Kd 1 1 1\nKs 0.25 0.25 0.25\nd 0.25\nNi 1.5\nillum 7\n");
   EXPECT_EQ(glass.diffuse, (Rgb{0.25F, 0.25F, 0.25F}));
   EXPECT_EQ(glass.transmit, (Rgb{0.75F, 0.75F, 0.75F}));
   EXPECT_EQ(glass.reflect, (Rgb{0.25F, 0.25F, 0.25F}));
@@ -402,7 +402,7 @@ TEST_F(ObjMaterials, MapOntoWhitted) {
   for (const char* model : {"illum 4", "illum 9", "illum 2"}) {
     EXPECT_EQ(material(std::string("d 0.25\nNi 1.3\n") + model).ior, 1) << "refraction is on in 6 and 7 alone";
   }
-  const Material without_index = material("Ks 1 1 1\nillum 5\n");
+  const WhittedSurface without_index = material("Ks 1 1 1\nillum 5\n");
   EXPECT_FALSE(without_index.fresnel) << "between equal media nothing would be mirrored";
   EXPECT_EQ(without_index.reflect, (Rgb{1, 1, 1}));
   EXPECT_TRUE(material("Ks 1 1 1\nNi 1.5\nillum 5\n").fresnel);

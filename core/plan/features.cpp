@@ -1,0 +1,94 @@
+#include "core/plan/features.h"
+
+#include <algorithm>
+#include <variant>
+
+namespace tessera {
+namespace {
+
+template <typename... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+
+void add(const Surface& surface, Features& to) {
+  const auto whitted = whitted_surface(surface);
+  to.only_whitted &= whitted.has_value();
+  if (whitted) {
+    to.reflection |= !whitted->reflect.is_black();
+    to.refraction |= !whitted->transmit.is_black();
+  }
+  std::visit(Overloaded{
+                 [&](const WhittedSurface& s) {
+                   to.rough_surfaces |= !s.diffuse.is_black() || !s.specular.is_black();
+                   to.transmission |= !s.transmit.is_black();
+                 },
+                 [&](const Diffuse& s) { to.rough_surfaces |= !s.color.is_black(); },
+                 [&](const Conductor& s) { to.rough_surfaces |= s.roughness > 0; },
+                 [&](const Dielectric& s) {
+                   to.rough_surfaces |= s.roughness > 0;
+                   to.transmission = true;
+                 },
+                 [&](const MetallicRoughness&) { to.rough_surfaces = true; },
+             },
+             surface);
+}
+
+void add(const Light& light, Features& to) {
+  std::visit(Overloaded{
+                 [&](const PointLight& l) {
+                   to.shadows = true;
+                   to.only_physical &= l.falls_off;
+                   to.lights_to_sample |= !l.intensity.is_black();
+                 },
+                 [&](const DirectionalLight& l) {
+                   to.shadows = true;
+                   to.lights_to_sample |= !l.irradiance.is_black();
+                 },
+                 [&](const AmbientLight&) { to.only_physical = false; },
+                 [&](const SpotLight& l) {
+                   to.only_whitted = false;
+                   to.lights_to_sample |= !l.intensity.is_black();
+                 },
+                 [&](const SunLight& l) {
+                   to.only_whitted = false;
+                   to.lights_to_sample |= !l.irradiance.is_black();
+                 },
+                 [&](const EnvironmentLight&) { to.only_whitted = false; },
+             },
+             light);
+}
+
+bool is_black(const EnvironmentLight& light) {
+  return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
+}
+
+}  // namespace
+
+Features features_of(const Scene& scene) {
+  Features features;
+  std::vector<bool> used(scene.materials.size());
+  for (const Object& object : scene.objects) used[object.material] = true;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
+    const Material& material = scene.materials[i];
+    add(material.surface, features);
+    features.emitters |= !material.emission.is_black();
+    features.alpha |= material.alpha < 1;
+  }
+  if (features.emitters || features.alpha) features.only_whitted = false;
+  for (const Light& light : scene.lights) add(light, features);
+  features.environment = !is_black(environment_of(scene));
+  features.lights_to_sample |= features.emitters || features.environment;
+  return features;
+}
+
+EnvironmentLight environment_of(const Scene& scene) {
+  for (const Light& light : scene.lights)
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light)) return *environment;
+  EnvironmentLight background;
+  background.radiance = scene.background;
+  return background;
+}
+
+}  // namespace tessera

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/scene/scene.h"
+
+namespace tessera {
+
+/// What a scene has, of what costs something to render: settled once, in the plan. What isn't there is skipped.
+/// Materials count if an object has them.
+struct Features {
+  bool only_whitted = true;   ///< All surfaces and lights are Whitted's, or special cases of his; none emits.
+  bool only_physical = true;  ///< No light is ambient or without falloff: those have a meaning in `whitted` alone.
+
+  bool shadows = false;     ///< A light that something can hide.
+  bool reflection = false;  ///< A surface that asks Whitted's tracer for mirrored rays,
+  bool refraction = false;  ///< or for refracted ones.
+
+  bool emitters = false;          ///< An object emits.
+  bool lights_to_sample = false;  ///< Emitters, lights and whatever else sends light, if any isn't black.
+  bool environment = false;       ///< What rays see that hit nothing isn't black.
+  bool rough_surfaces = false;    ///< A surface that reflects or transmits into more than single directions.
+  bool transmission = false;      ///< A surface that passes light.
+  bool alpha = false;             ///< A surface that isn't all there.
+};
+Features features_of(const Scene& scene);
+
+/// What stands for the sky: the scene's environment, or else its background all around.
+EnvironmentLight environment_of(const Scene& scene);
+
+}  // namespace tessera

@@ -78,7 +78,7 @@ class Builder {
   }
 
   LightScene scene(std::string what, std::uint32_t max_depth) const {
-    return {name_, std::move(what), document_, max_depth, max_depth <= 2, std::nullopt};
+    return {name_, std::move(what), document_, max_depth, std::nullopt};
   }
 
  private:
@@ -183,7 +183,7 @@ LightScene product(const std::optional<fs::path>& data, const fs::path& folder) 
   // Soft boxes: quads that face the middle.
   builder.object(quad("key", {{{-2.5F, 2.5F, 4.5F}, {-4.5F, 2.5F, 2.5F}, {-3.5F, 5, 1.5F}, {-1.5F, 5, 3.5F}}}));
   builder.object(quad("fill", {{{5, 1, 1.5F}, {3.5F, 1, 3.5F}, {3, 3.5F, 3}, {4.5F, 3.5F, 1}}}));
-  builder.camera(camera({0, 2.2, 7.5}, {0, 0.75, 0}, 30));
+  builder.camera(camera({0, 2.2, 7.5}, {0, 0.85, 0}, 36));
   return builder.scene("three things on paper under two soft boxes", 8);
 }
 
@@ -272,7 +272,8 @@ void add_room(Builder& builder) {
       .object(quad("red", {{{-5, 0, 5}, {-5, 0, -5}, {-5, 4, -5}, {-5, 4, 5}}}))
       .object(quad("blue", {{{5, 0, -5}, {5, 0, 5}, {5, 4, 5}, {5, 4, -5}}}))
       .object(quad("white", {{{-5, 4, -5}, {5, 4, -5}, {5, 4, 5}, {-5, 4, 5}}}));
-  builder.mesh(organic(5'000), "white", at(0.7, {-1, 0.8, -0.6})).mesh(smooth_ball(64, 32), "blue", at(0.75, {1, 0.75, 0}));
+  builder.mesh(organic(5'000), "white", at(0.7, {-1, 0.8, -0.6}))
+      .mesh(smooth_ball(64, 32), "blue", at(0.75, {1, 0.75, 0}));
   builder.camera(camera({0, 2.4, 8}, {0, 0.6, 0}, 26));
 }
 
@@ -324,6 +325,16 @@ LightScene lamp_scene(const fs::path& folder, std::uint32_t triangles) {
     builder.material(name, lamp(radiances[i])).mesh(meshes[i], name);
   }
   return builder.scene("a room under " + std::to_string(triangles) + " lamps of many powers", 5);
+}
+
+LightScene organic_scene(const fs::path& folder) {
+  Builder builder(folder, "organic");
+  builder.material("clay", diffuse({0.7, 0.6, 0.5})).material("floor", diffuse(grey(0.5))).material("lamp", lamp(20));
+  builder.mesh(organic(100'000), "clay")
+      .object(quad("floor", {{{-6, -1.3F, 6}, {6, -1.3F, 6}, {6, -1.3F, -6}, {-6, -1.3F, -6}}}))
+      .object(quad("lamp", {{{1.5F, 4, 1}, {1.5F, 4, 3}, {3.5F, 4, 3}, {3.5F, 4, 1}}}))
+      .camera(camera({0, 1, 5}, {0, 0, 0}, 32));
+  return builder.scene("a body of 100,000 triangles under a square lamp", 6);
 }
 
 LightScene caustic_scene() {

@@ -17,7 +17,6 @@ struct LightScene {
   std::string name, what;
   nlohmann::json document;  ///< Paths are from the folder that the scenes were written to.
   std::uint32_t max_depth = 0;
-  bool is_direct = false;           ///< Whether all its light comes from emitters, at most by one surface.
   std::optional<FloatImage> known;  ///< What is known of its image without us, of kLightSide pixels each way.
 };
 
@@ -31,6 +30,9 @@ std::vector<LightScene> light_scenes(const std::filesystem::path& folder);
 /// The room with one quad above it, or with that quad cut into `triangles` pieces of various sizes and powers that
 /// hang over all of the room.
 LightScene lamp_scene(const std::filesystem::path& folder, std::uint32_t triangles);
+
+/// The organic body of 100,000 triangles under a square lamp.
+LightScene organic_scene(const std::filesystem::path& folder);
 
 /// A glass ball on a floor under a small lamp: its light comes to a point there by paths that are seldom found.
 LightScene caustic_scene();

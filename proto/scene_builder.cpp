@@ -4,6 +4,8 @@
 #include <utility>
 #include <variant>
 
+#include "core/math/float_environment.h"
+
 namespace tessera::proto {
 namespace {
 
@@ -29,10 +31,14 @@ void drop_unplaced_shapes(Scene& scene) {
   std::uint32_t kept = 0;
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (moved_to[i] == kUnused) continue;
-    if (kept != i) scene.shapes[kept] = std::move(scene.shapes[i]);
+    if (kept != i) {
+      scene.shapes[kept] = std::move(scene.shapes[i]);
+      scene.shape_bounds[kept] = scene.shape_bounds[i];
+    }
     moved_to[i] = kept++;
   }
   scene.shapes.resize(kept);
+  scene.shape_bounds.resize(kept);
   for (Object& object : scene.objects) object.shape = moved_to[object.shape];
 }
 
@@ -51,7 +57,8 @@ std::uint32_t SceneBuilder::default_material() {
 std::optional<std::uint32_t> SceneBuilder::add_shape(Shape shape, const JsonCursor& where) {
   if (!take(shape_bytes(shape), where)) return std::nullopt;
   if (primitive_count(shape) == 0) warn(where, "The mesh has no triangles, so nothing of it is seen.");
-  shape_bounds_.push_back(bounds(shape));
+  const StrictFloats strict;  // images depend on the bounds
+  scene_.shape_bounds.push_back(bounds(shape));
   scene_.shapes.push_back(std::move(shape));
   return static_cast<std::uint32_t>(scene_.shapes.size() - 1);
 }
@@ -122,7 +129,7 @@ bool SceneBuilder::take(std::uint64_t bytes, const JsonCursor& where) {
 }
 
 bool SceneBuilder::stays_within_coordinates(const Object& object) const {
-  const Aabb& local = shape_bounds_[object.shape];
+  const Aabb& local = scene_.shape_bounds[object.shape];
   if (!object.placement || local.empty()) return true;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3d p =

@@ -60,7 +60,6 @@ class SceneBuilder {
   JsonCursor document_;
   const Limits& limits_;
   Scene scene_;
-  std::vector<Aabb> shape_bounds_;
   std::optional<std::uint32_t> default_material_;
   std::uint64_t bytes_ = 0, primitives_ = 0, warnings_left_out_ = 0;
 };

@@ -11,9 +11,10 @@ struct RayCounts {
   std::uint64_t reflection = 0;
   std::uint64_t refraction = 0;
   std::uint64_t shadow = 0;
+  std::uint64_t scattered = 0;       ///< Of paths, from surfaces on.
   std::uint64_t camera_skipped = 0;  ///< Samples in tiles that nothing projects into.
 
-  std::uint64_t traced() const { return camera + reflection + refraction + shadow; }
+  std::uint64_t traced() const { return camera + reflection + refraction + shadow + scattered; }
   bool operator==(const RayCounts&) const = default;
   RayCounts& operator+=(const RayCounts& other) {
     camera += other.camera;
@@ -21,6 +22,7 @@ struct RayCounts {
     reflection += other.reflection;
     refraction += other.refraction;
     shadow += other.shadow;
+    scattered += other.scattered;
     camera_skipped += other.camera_skipped;
     return *this;
   }

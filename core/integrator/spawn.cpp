@@ -59,6 +59,14 @@ Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away) {
   return origin;
 }
 
+Ray beyond(const Scene& scene, const Ray& ray, const Hit& hit) {
+  const SurfacePoint at = world_surface(scene, hit.object, hit.primitive, ray, hit.t);
+  const Vec3 origin = spawn_origin(at, to_double(ray.direction));
+  const Vec3 normal =
+      to_float(dot(at.geometric_normal, to_double(ray.direction)) < 0 ? -at.geometric_normal : at.geometric_normal);
+  return {origin, ray.direction, 0, ray.t_max - hit.t, left_by(ray.direction, normal, {hit.object, hit.primitive})};
+}
+
 PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface) {
   return dot(direction, normal) > 0 ? surface : kNoPrimitive;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/accel/accel.h"
 #include "core/geometry/surface_point.h"
 #include "core/math/ray.h"
 #include "core/scene/scene.h"
@@ -17,5 +18,8 @@ Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away = {});
 
 /// What a ray leaves that starts at `spawn_origin` on the side of `normal` (unit), for `Ray::leaves`.
 PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface);
+
+/// The rest of a ray behind what it hits, in the same direction; it ends where the ray does.
+Ray beyond(const Scene& scene, const Ray& ray, const Hit& hit);
 
 }  // namespace tessera

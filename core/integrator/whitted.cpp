@@ -43,7 +43,7 @@ Whitted::Whitted(const Scene& scene, const Features& features, const Accel& acce
     surfaces_.push_back(whitted_surface(material.surface).value_or(WhittedSurface{}));
 }
 
-void Whitted::begin(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
+void Whitted::begin(std::span<const SampleId>, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) {
   if (camera_chains_.size() < rays.size()) camera_chains_.resize(rays.size());
   depth_ = 0;
   enter(rays, hits, {camera_chains_.data(), rays.size()}, out);
@@ -69,14 +69,13 @@ bool Whitted::go_on() {
 }
 
 void Whitted::radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
-  begin(rays, hits, out);
+  begin({}, rays, hits, out);
   while (go_on()) {
   }
 }
 
 /// Begins a batch of the next depth.
-void Whitted::enter(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const Chain> chains,
-                    std::span<Rgb> out) {
+void Whitted::enter(RaySpan rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out) {
   if (levels_.size() == depth_) levels_.emplace_back();
   Level& level = levels_[depth_++];
   level.sums = out;

@@ -9,6 +9,7 @@
 
 #include "core/accel/accel.h"
 #include "core/integrator/direct_light.h"
+#include "core/integrator/integrator.h"
 #include "core/integrator/ray_counts.h"
 #include "core/math/rgb.h"
 #include "core/plan/features.h"
@@ -25,7 +26,7 @@ struct Shading;
 /// Rays go in batches: what the hits of one batch ask for is traced together, and a batch never grows. Each ray's
 /// radiance is summed in the same order whatever batch it is in. For one thread at a time: memory is kept from batch to
 /// batch.
-class Whitted {
+class Whitted final : public Integrator {
  public:
   /// A secondary ray isn't traced if what it brings back would be weighed, by all surfaces between it and the camera,
   /// with less than this in each channel (after Hall & Greenberg's adaptive tree depth, CG&A 1983). That is less than
@@ -40,15 +41,13 @@ class Whitted {
   Whitted(const Scene& scene, const Features& features, const Accel& accel, std::uint32_t max_depth, RayCounts& counts,
           TraceLog log = {});
 
-  /// Begins with a batch of camera rays, given what each hits; `t` is infinite where that is nothing. `out` is for the
-  /// radiance that arrives along each (W/(sr m²)). Spans are of one length, and stay valid until all is traced.
-  void begin(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out);
+  /// Enough for structures to gain from rays that go together, few enough for all that is known of them to stay in the
+  /// caches.
+  std::size_t batch_size() const override { return 1024; }
+  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) override;
+  bool go_on() override;
 
-  /// Goes on by one kind of ray of one batch: as many rays as `begin` was given, at most. False when nothing is left to
-  /// be done; then `out` is complete.
-  bool go_on();
-
-  /// All of it at once.
+  /// All of it at once. No random number is drawn, so it doesn't matter of which samples the rays are.
   void radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out);
 
  private:
@@ -80,7 +79,7 @@ class Whitted {
     std::size_t next_spawned;
   };
 
-  void enter(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
+  void enter(RaySpan rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
   void leave();
   void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const;
   static void spawn(const WhittedSurface& material, const Shading& at, const LitPoint& point, const Chain& chain,

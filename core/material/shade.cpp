@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/material/fresnel.h"
 #include "core/math/portable.h"
 
 namespace tessera {
@@ -31,12 +32,7 @@ std::optional<Vec3> refract(Vec3 direction, Vec3 normal, float eta) {
 
 float fresnel(Vec3 direction, Vec3 normal, float eta) {
   const float cos_in = std::min(std::abs(dot(direction, normal)), 1.0F);
-  const float sin2_out = (1 - cos_in * cos_in) / (eta * eta);
-  if (sin2_out >= 1) return 1;
-  const float cos_out = std::sqrt(1 - sin2_out);
-  const float parallel = (eta * cos_in - cos_out) / (eta * cos_in + cos_out);
-  const float across = (cos_in - eta * cos_out) / (cos_in + eta * cos_out);
-  return (parallel * parallel + across * across) / 2;
+  return dielectric_fresnel(cos_in, 1 - cos_in * cos_in, eta);
 }
 
 }  // namespace tessera

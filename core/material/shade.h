@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// What a light of `irradiance` (on a plane that faces it) adds at a surface: `WhittedSurface`'s formula. All directions
-/// unit and away from the surface; 0 when the light is below the horizon.
+/// What a light of `irradiance` (on a plane that faces it) adds at a surface: `WhittedSurface`'s formula. All
+/// directions unit and away from the surface; 0 when the light is below the horizon.
 Rgb shade(const WhittedSurface& surface, Vec3 normal, Vec3 to_viewer, Vec3 to_light, Rgb irradiance);
 
 /// `direction` mirrored at the plane of `normal`; of the same length.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,21 @@ struct RayFan {
   RayFan part(std::size_t first, std::size_t count) const {
     return {origin, x.subspan(first, count), y.subspan(first, count), z.subspan(first, count)};
   }
+};
+
+/// A view of rays in whichever form they are: any, or a fan's.
+class RaySpan {
+ public:
+  RaySpan(std::span<const Ray> rays) : rays_(rays) {}
+  RaySpan(const std::vector<Ray>& rays) : rays_(rays) {}
+  RaySpan(const RayFan& fan) : fan_(fan) {}
+
+  std::size_t size() const { return fan_ ? fan_->size() : rays_.size(); }
+  Ray operator[](std::size_t i) const { return fan_ ? fan_->ray(i) : rays_[i]; }
+
+ private:
+  std::span<const Ray> rays_;
+  std::optional<RayFan> fan_;
 };
 
 }  // namespace tessera

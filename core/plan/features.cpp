@@ -52,9 +52,13 @@ void add(const Light& light, Features& to) {
                  },
                  [&](const SunLight& l) {
                    to.only_whitted = false;
-                   to.lights_to_sample |= !l.irradiance.is_black();
+                   to.sky |= !l.irradiance.is_black();
+                   to.even_sky = false;
                  },
-                 [&](const EnvironmentLight&) { to.only_whitted = false; },
+                 [&](const EnvironmentLight& l) {
+                   to.only_whitted = false;
+                   to.even_sky &= l.map == nullptr;
+                 },
              },
              light);
 }
@@ -78,8 +82,8 @@ Features features_of(const Scene& scene) {
   }
   if (features.emitters || features.alpha) features.only_whitted = false;
   for (const Light& light : scene.lights) add(light, features);
-  features.environment = !is_black(environment_of(scene));
-  features.lights_to_sample |= features.emitters || features.environment;
+  features.sky |= !is_black(environment_of(scene));
+  features.lights_to_sample |= features.emitters || features.sky;
   return features;
 }
 

@@ -18,7 +18,8 @@ struct Features {
 
   bool emitters = false;          ///< An object emits.
   bool lights_to_sample = false;  ///< Emitters, lights and whatever else sends light, if any isn't black.
-  bool environment = false;       ///< What rays see that hit nothing isn't black.
+  bool sky = false;               ///< What rays see that hit nothing isn't black: the environment, or a sun.
+  bool even_sky = true;           ///< It is the same in all directions.
   bool rough_surfaces = false;    ///< A surface that reflects or transmits into more than single directions.
   bool transmission = false;      ///< A surface that passes light.
   bool alpha = false;             ///< A surface that isn't all there.

@@ -1,8 +1,29 @@
 #include "core/render/render.h"
 
+#include <utility>
+
 #include "core/render/tile_renderer.h"
 
 namespace tessera {
+namespace {
+
+std::shared_ptr<const LightTable> lights_for(const Plan& plan, const Scene& scene) {
+  const bool asks = plan.integrator == IntegratorKind::path || plan.integrator == IntegratorKind::direct;
+  return asks ? std::make_shared<const LightTable>(scene) : nullptr;
+}
+
+}  // namespace
+
+RenderContext::RenderContext(std::shared_ptr<const Scene> of, std::shared_ptr<const Accel> structure,
+                             const Settings& how, Plan planned, const CameraRays& camera)
+    : scene(std::move(of)),
+      accel(std::move(structure)),
+      settings(how),
+      plan(std::move(planned)),
+      rays(camera),
+      sampler({plan.sampler, settings.seed, settings.samples, settings.jitter, 1}),
+      filter(settings.filter, settings.filter_width),
+      lights(lights_for(plan, *scene)) {}
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop) {
   if (stop.stop_requested()) return std::nullopt;

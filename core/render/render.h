@@ -9,7 +9,10 @@
 #include "core/accel/accel.h"
 #include "core/film/film.h"
 #include "core/integrator/ray_counts.h"
+#include "core/light/light_table.h"
 #include "core/plan/plan.h"
+#include "core/sampling/pixel_filter.h"
+#include "core/sampling/sampler.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
 #include "core/screen/camera_rays.h"
@@ -22,11 +25,17 @@ using ChunkSize = std::atomic<std::size_t>;
 
 /// Everything that rendering a tile reads; shared by all threads of a job. Immutable but for the marks and the chunks.
 struct RenderContext {
+  RenderContext(std::shared_ptr<const Scene> scene, std::shared_ptr<const Accel> accel, const Settings& settings,
+                Plan plan, const CameraRays& rays);
+
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Accel> accel;  ///< Null where the plan needs none (`needs_structure`).
   Settings settings;
   Plan plan;
   CameraRays rays;
+  Sampler sampler;
+  PixelFilter filter;
+  std::shared_ptr<const LightTable> lights;       ///< Null where the integrator asks for none.
   std::shared_ptr<ObjectMarks> tested = nullptr;  ///< Told which objects are tested; null when nobody asks.
   std::shared_ptr<ChunkSize> chunk = std::make_shared<ChunkSize>(64);
 };

@@ -10,7 +10,7 @@ std::int32_t every_other_bit(std::uint32_t along) {
 
 }  // namespace
 
-bool SampleOrder::next(std::size_t most_samples, std::size_t most_pixels, std::vector<Sample>& out) {
+bool SampleOrder::next(std::size_t most_samples, std::size_t most_pixels, std::vector<SampleId>& out) {
   out.clear();
   for (std::size_t pixels = 0; pixels < most_pixels && y0_ < rect_.y1;) {
     const std::int32_t x = x0_ + every_other_bit(along_), y = y0_ + every_other_bit(along_ >> 1);

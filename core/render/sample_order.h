@@ -4,14 +4,9 @@
 #include <vector>
 
 #include "core/bounds/pixel_rect.h"
+#include "core/sampling/sampler.h"
 
 namespace tessera {
-
-/// A sample of a pixel.
-struct Sample {
-  std::int32_t x, y;
-  std::uint32_t index;  ///< Of the pixel's samples.
-};
 
 /// The samples of a rectangle in an order in which those close to each other are so in the picture too: squares of
 /// 16 × 16 pixels, row by row; in each its pixels along Morton's curve ("A Computer Oriented Geodetic Data Base",
@@ -23,7 +18,7 @@ class SampleOrder {
 
   /// Fills `out` with the samples that come next, of so many pixels and so many together at most. False when there are
   /// none left.
-  bool next(std::size_t most_samples, std::size_t most_pixels, std::vector<Sample>& out);
+  bool next(std::size_t most_samples, std::size_t most_pixels, std::vector<SampleId>& out);
 
  private:
   static constexpr std::int32_t kSquare = 16;

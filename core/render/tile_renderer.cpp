@@ -2,15 +2,19 @@
 
 #include <algorithm>
 
+#include "core/integrator/ambient_occlusion.h"
+#include "core/integrator/path.h"
+#include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
+#include "core/integrator/whitted.h"
+#include "core/material/bsdf.h"
 #include "core/math/float_environment.h"
+#include "core/sampling/warp.h"
 
 namespace tessera {
 namespace {
 
-/// Samples that are traced together: enough for structures to gain from rays that go together, few enough for all that
-/// is known of them to stay in the caches.
-constexpr std::size_t kChunk = 1024;
+/// Samples that are traced together where tests are counted.
 constexpr std::size_t kCountedChunk = 32;
 
 /// A chunk whose batches of rays take longer is followed by a smaller one, as others wait for their turn; a chunk whose
@@ -39,6 +43,36 @@ Rgb sum_of_equal(Rgb sample, std::uint32_t samples) {
   return sum;
 }
 
+std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCounts& counts, TraceLog log) {
+  const Plan& plan = context.plan;
+  const Scene& scene = *context.scene;
+  switch (plan.integrator) {
+    case IntegratorKind::automatic:
+      break;
+    case IntegratorKind::whitted:
+      return std::make_unique<Whitted>(scene, plan.features, *context.accel, plan.max_depth, counts, log);
+    case IntegratorKind::ambient_occlusion:
+      return std::make_unique<AmbientOcclusion>(scene, context.accel.get(), context.sampler,
+                                                context.settings.ambient_occlusion_reach, counts, log);
+    case IntegratorKind::direct:
+    case IntegratorKind::path:
+      return std::make_unique<PathTracer>(scene, plan.features, context.accel.get(), *context.lights, context.sampler,
+                                          PathTracer::Options{plan.max_depth, context.settings.transparent}, counts,
+                                          log);
+  }
+  return nullptr;
+}
+
+/// What a ray brings that hits nothing, wherever it goes; nothing where that depends on its direction.
+std::optional<Rgb> even_background(const RenderContext& context) {
+  if (context.settings.transparent) return Rgb();
+  if (!context.lights) return context.scene->background;
+  if (!context.plan.features.even_sky) return std::nullopt;
+  return context.lights->escaped(UnitVec3::z());
+}
+
+Rgb clamped(Rgb c, float most) { return {std::min(c.r, most), std::min(c.g, most), std::min(c.b, most)}; }
+
 }  // namespace
 
 bool counts_tests(const Settings& settings) { return settings.count_tests || records_costs(settings); }
@@ -47,22 +81,22 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index)
     : context_(context),
       tile_(context.plan.tiling.tiles[index]),
       order_(tile_.rect, context.settings.samples),
-      offsets_(context.settings.seed, context.settings.samples, context.settings.jitter),
       result_{Pixels(tile_.rect, context.settings.aovs), {}, {}},
-      log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr} {
-  if (tile_.first_level == FirstLevel::nothing) return;
-  whitted_.emplace(*context.scene, context.plan.features, *context.accel, context.plan.max_depth, result_.rays, log_);
+      log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
+      camera_(context.rays) {
+  if (tile_.first_level == FirstLevel::nothing && even_background(context)) return;
+  integrator_ = make_integrator(context, result_.rays, log_);
   if (tile_.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile_);
 }
 
 bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   const StrictFloats strict;
-  if (tile_.first_level == FirstLevel::nothing) {
+  if (!integrator_) {
     fill_with_background();
     return true;
   }
   // Costs are told apart by pixel.
-  const std::size_t most_pixels = records_costs(context_.settings) ? 1 : kChunk;
+  const std::size_t most_pixels = records_costs(context_.settings) ? 1 : integrator_->batch_size();
   Clock::time_point now = Clock::now();
   do {
     if (samples_.empty()) {
@@ -71,7 +105,7 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
         return true;
       }
       begin_chunk();
-    } else if (!whitted_->go_on()) {
+    } else if (!integrator_->go_on()) {
       end_chunk();
     }
     const Clock::time_point before = std::exchange(now, Clock::now());
@@ -82,20 +116,23 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
 
 /// What structures count may depend on which rays go together: so it is always the same number of them, and few, as
 /// those that are counted may cost much.
-std::size_t TileRenderer::samples_at_once() const { return log_.counts ? kCountedChunk : context_.chunk->load(); }
+std::size_t TileRenderer::samples_at_once() const {
+  return log_.counts ? kCountedChunk : std::min(context_.chunk->load(), integrator_->batch_size());
+}
 
 void TileRenderer::fit_chunks() {
   const std::size_t size = samples_.size();
   if (longest_batch_ > kLongBatch)
     *context_.chunk = std::max<std::size_t>(1, size * kLongBatch / longest_batch_);
-  else if (longest_batch_ < kLongBatch / 2 && size < kChunk && size == *context_.chunk)
-    *context_.chunk = std::min(kChunk, 2 * size);
+  else if (longest_batch_ < kLongBatch / 2 && size < integrator_->batch_size() && size == *context_.chunk)
+    *context_.chunk = std::min(integrator_->batch_size(), 2 * size);
   longest_batch_ = {};
 }
 
 void TileRenderer::fill_with_background() {
   const std::uint32_t samples = context_.settings.samples;
-  std::ranges::fill(result_.pixels.color, mean(sum_of_equal(context_.scene->background, samples), samples));
+  std::ranges::fill(result_.pixels.color,
+                    mean(sum_of_equal(clamped(*even_background(context_), context_.settings.clamp), samples), samples));
   samples_done_ = static_cast<std::uint64_t>(tile_.rect.area()) * samples;
   result_.rays.camera_skipped = samples_done_;
 }
@@ -104,14 +141,15 @@ void TileRenderer::begin_chunk() {
   if (samples_.front().index == 0) before_pixel_ = result_.tests;
   trace_first_level();
   record_aovs();
-  radiance_.resize(rays_.size());
-  whitted_->begin(rays_, hits_, radiance_);
+  radiance_.resize(camera_.size());
+  integrator_->begin(samples_, camera_.rays(), hits_, radiance_);
 }
 
 void TileRenderer::end_chunk() {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     Rgb& sum = result_.pixels.color[pixel(samples_[i])];
-    sum = sum + radiance_[i];
+    const bool is_hidden = context_.settings.transparent && hits_[i].t == kInfinity;
+    sum = sum + (is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
   fit_chunks();
@@ -120,19 +158,19 @@ void TileRenderer::end_chunk() {
 }
 
 void TileRenderer::trace_first_level() {
-  rays_.clear();
-  directions_.clear();
-  for (const Sample& s : samples_) {
-    const PixelOffset offset = offsets_.of(static_cast<std::uint32_t>(s.x), static_cast<std::uint32_t>(s.y), s.index);
-    rays_.push_back(context_.rays.ray(s.x + offset.x, s.y + offset.y));
-    directions_.push_back(rays_.back().direction);
+  camera_.clear();
+  for (const SampleId& s : samples_) {
+    const PixelOffset offset = context_.filter.sample(context_.sampler.film(s));
+    camera_.add(s.x + offset.x, s.y + offset.y);
   }
-  hits_.resize(rays_.size());
-  if (context_.rays.is_perspective())
-    context_.accel->closest_fan({context_.rays.eye(), directions_}, hits_, log_, candidates_);
-  else
-    context_.accel->closest(rays_, hits_, log_, candidates_);
-  result_.rays.camera += rays_.size();
+  hits_.resize(camera_.size());
+  if (tile_.first_level == FirstLevel::nothing) {
+    std::ranges::fill(hits_, Hit{});
+    result_.rays.camera_skipped += camera_.size();
+    return;
+  }
+  camera_.closest(*context_.accel, hits_, log_, candidates_);
+  result_.rays.camera += camera_.size();
   result_.rays.camera_hits +=
       static_cast<std::uint64_t>(std::ranges::count_if(hits_, [](const Hit& hit) { return hit.t < kInfinity; }));
 }
@@ -147,9 +185,10 @@ void TileRenderer::record_aovs() {
     out.record(Aov::depth, at, hit.t);  // a camera ray's t is depth
     out.record(Aov::primitive_id, at, hit.primitive);
     out.record(Aov::object_id, at, hit.object);
-    if (out.has(Aov::normal))
-      out.record(Aov::normal, at,
-                 to_float(world_surface(*context_.scene, hit.object, hit.primitive, rays_[i], hit.t).shading_normal));
+    if (!out.has(Aov::normal) && !out.has(Aov::position)) continue;
+    const SurfacePoint surface = world_surface(*context_.scene, hit.object, hit.primitive, camera_.rays()[i], hit.t);
+    out.record(Aov::normal, at, to_float(surface.shading_normal));
+    out.record(Aov::position, at, to_float(surface.position));
   }
 }
 

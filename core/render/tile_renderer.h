@@ -3,15 +3,15 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <stop_token>
 #include <utility>
 #include <vector>
 
-#include "core/integrator/whitted.h"
+#include "core/integrator/integrator.h"
 #include "core/render/render.h"
 #include "core/render/sample_order.h"
-#include "core/sampling/pixel_samples.h"
+#include "core/screen/camera_batch.h"
 
 namespace tessera {
 
@@ -44,23 +44,21 @@ class TileRenderer {
   void trace_first_level();
   void record_aovs();
   void record_costs(std::size_t at);
-  std::size_t pixel(const Sample& sample) const { return result_.pixels.index(sample.x, sample.y); }
+  std::size_t pixel(const SampleId& sample) const { return result_.pixels.index(sample.x, sample.y); }
 
   const RenderContext& context_;
   const Tile& tile_;
   SampleOrder order_;
-  PixelOffsets offsets_;
   Candidates candidates_;
   TileResult result_;  ///< Colours are sums until all is traced.
   TraceLog log_;
-  std::optional<Whitted> whitted_;  ///< Unless nothing projects into the tile.
+  std::unique_ptr<Integrator> integrator_;  ///< Unless all pixels of the tile are the same.
   TestCounts before_pixel_;
   std::uint64_t samples_done_ = 0;
   // Of the chunk at hand; empty between two.
   Clock::duration longest_batch_{};
-  std::vector<Sample> samples_;
-  std::vector<Ray> rays_;
-  Directions directions_;
+  std::vector<SampleId> samples_;
+  CameraBatch camera_;
   std::vector<Hit> hits_;
   std::vector<Rgb> radiance_;
 };

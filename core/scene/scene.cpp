@@ -2,8 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+
+#include "core/math/float_environment.h"
 
 namespace tessera {
+
+Scene with_bounds(Scene scene) {
+  const StrictFloats strict;
+  scene.shape_bounds.clear();
+  scene.shape_bounds.reserve(scene.shapes.size());
+  for (const Shape& shape : scene.shapes) scene.shape_bounds.push_back(bounds(shape));
+  return scene;
+}
+
+std::span<const Aabb> local_bounds(const Scene& scene) {
+  if (scene.shape_bounds.size() != scene.shapes.size())
+    throw std::logic_error("a scene is used without the bounds of its shapes");
+  return scene.shape_bounds;
+}
 
 Aabb world_bounds(const Scene& scene, const Object& object) {
   return world_bounds(object, local_bounds(scene)[object.shape]);

@@ -13,7 +13,6 @@
 #include "core/scene/camera.h"
 #include "core/scene/light.h"
 #include "core/scene/material.h"
-#include "core/scene/shape_boxes.h"
 
 namespace tessera {
 
@@ -51,11 +50,15 @@ struct Scene {
   std::optional<Camera> camera;    ///< The scene's own view; a job may bring another.
   std::optional<ImageSize> image;  ///< The size that the scene is made for, where a job asks for none.
   std::vector<SceneWarning> warnings;
-  ShapeBoxes boxes;  ///< For `local_bounds`.
+  std::vector<Aabb> shape_bounds;  ///< Of each shape, for `local_bounds`; `with_bounds` makes them.
 };
 
-/// The boxes of the scene's shapes, each in its own space.
-inline std::span<const Aabb> local_bounds(const Scene& scene) { return scene.boxes.of(scene.shapes); }
+/// `scene` with the boxes of its shapes: the last step for whoever puts a scene together or gives one other shapes.
+Scene with_bounds(Scene scene);
+
+/// The boxes of the scene's shapes, each in its own space; empty for a mesh without triangles. Throws
+/// `std::logic_error` when shapes were added after the boxes were made.
+std::span<const Aabb> local_bounds(const Scene& scene);
 
 /// The box of a placed object in world space: empty for an empty shape; padded for the rounding of the placement
 /// itself, not for that of rays (core/bounds/cull_ray.h does that per ray).

@@ -97,6 +97,7 @@ TEST(LargeFloors, AreNotInTheirOwnShadow_Stress24) {
           if (auto* quad = std::get_if<Quad>(&shape); quad && slope != 0)
             for (Vec3& p : quad->corners) tilt(p);
         }
+        *scene = with_bounds(std::move(*scene));
         Random random(24);
         const auto brute = make_accel(scene, {AccelKind::brute});
         std::vector<KnownRay> again;

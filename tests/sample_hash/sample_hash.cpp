@@ -5,7 +5,15 @@
 #include <cstdio>
 
 #include "core/math/portable.h"
+#include "core/math/portable_float.h"
+#include "core/math/vec.h"
+#include "core/math/vec2.h"
+#include "core/sampling/dimensions.h"
+#include "core/sampling/pixel_filter.h"
 #include "core/sampling/pixel_samples.h"
+#include "core/sampling/sampler.h"
+#include "core/sampling/warp.h"
+#include "core/scene/settings.h"
 #include "tests/support/random.h"
 
 namespace {
@@ -34,6 +42,28 @@ unsigned long long hash_samples() {
             hash.add(at.x);
             hash.add(at.y);
           }
+  using tessera::SamplerKind, tessera::FilterKind, tessera::Decision;
+  for (const auto kind : {SamplerKind::grid, SamplerKind::independent, SamplerKind::sobol})
+    for (const std::uint32_t replicates : {1U, 2U}) {
+      const tessera::Sampler sampler({.kind = kind, .seed = 5, .samples = 12, .replicates = replicates});
+      for (std::int32_t pixel = 0; pixel < 400; ++pixel)
+        for (std::uint32_t i = 0; i < 12; ++i) {
+          const tessera::SampleId id{pixel * 977, pixel * 1663, i};
+          for (const auto filter : {FilterKind::box, FilterKind::gaussian, FilterKind::blackman_harris}) {
+            const auto at = tessera::PixelFilter(filter, 2).sample(sampler.film(id));
+            hash.add(at.x);
+            hash.add(at.y);
+          }
+          const tessera::PathSample sample = sampler.at(id);
+          hash.add(sample.one(tessera::dimension(i, Decision::roulette)));
+          const tessera::Vec2 u = sample.two(tessera::dimension(i, Decision::bsdf));
+          for (const tessera::Vec3 d : {tessera::cosine_hemisphere(u), tessera::uniform_sphere(u)}) {
+            hash.add(d.x);
+            hash.add(d.y);
+            hash.add(d.z);
+          }
+        }
+    }
   return hash.value();
 }
 
@@ -41,13 +71,23 @@ unsigned long long hash_functions() {
   Hash hash;
   tessera::Random random(1);
   for (int i = 0; i < 20'000; ++i) {
-    const double angle = random.uniform(-12.5, 12.5), any = random.uniform(-1, 1) * random.magnitude(-20, 20);
+    const double angle = random.uniform(-12.5, 12.5), size = random.magnitude(-20, 20);
+    const double any = random.uniform(-1, 1) * size;
     for (const auto f : {tessera::portable_sin, tessera::portable_cos, tessera::portable_tan}) hash.add(f(angle));
     hash.add(tessera::portable_atan(any));
     hash.add(tessera::portable_log2(random.magnitude(-300, 300)));
     hash.add(tessera::portable_exp2(random.uniform(-1080, 1030)));
-    hash.add(tessera::portable_pow(static_cast<float>(random.magnitude(-3, 3)),
-                                   static_cast<float>(random.magnitude(-3, 3))));
+    const double base = random.magnitude(-3, 3), exponent = random.magnitude(-3, 3);
+    hash.add(tessera::portable_pow(static_cast<float>(base), static_cast<float>(exponent)));
+    const auto x = static_cast<float>(angle), y = static_cast<float>(any);
+    for (const auto& [s, c] : {tessera::sin_cos_turns(x), tessera::portable_sin_cos(x)}) {
+      hash.add(s);
+      hash.add(c);
+    }
+    for (const auto f : {tessera::portable_acos, tessera::portable_asin}) hash.add(f(x / 16));
+    hash.add(tessera::portable_atan2(x, y));
+    hash.add(tessera::portable_log(y < 0 ? -y : y));
+    hash.add(tessera::portable_exp(8 * x));
   }
   return hash.value();
 }

@@ -14,17 +14,17 @@ inline std::shared_ptr<Scene> imported_scene(const std::filesystem::path& path) 
   if (!format) return nullptr;
   auto file = proto::import_file(path, *format, path.filename().string(), [](auto) { return std::nullopt; });
   if (!file) return nullptr;
-  auto scene = std::make_shared<Scene>();
+  Scene scene;
   for (proto::ImportedPart& part : file->parts) {
-    scene->objects.push_back({static_cast<std::uint32_t>(scene->shapes.size()), part.material.value_or(0), {}});
-    scene->shapes.push_back(std::move(part.shape));
+    scene.objects.push_back({static_cast<std::uint32_t>(scene.shapes.size()), part.material.value_or(0), {}});
+    scene.shapes.push_back(std::move(part.shape));
   }
-  for (const WhittedSurface& surface : file->materials) scene->materials.push_back({surface});
-  if (scene->materials.empty()) scene->materials.emplace_back();
-  scene->lights = file->lights;
-  scene->background = file->background.value_or(Rgb{});
-  scene->camera = file->camera;
-  return scene;
+  for (const WhittedSurface& surface : file->materials) scene.materials.push_back({surface});
+  if (scene.materials.empty()) scene.materials.emplace_back();
+  scene.lights = file->lights;
+  scene.background = file->background.value_or(Rgb{});
+  scene.camera = file->camera;
+  return std::make_shared<Scene>(with_bounds(std::move(scene)));
 }
 
 }  // namespace tessera

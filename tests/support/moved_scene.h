@@ -38,7 +38,7 @@ inline std::shared_ptr<const Scene> moved(Scene scene, Vec3d offset) {
           offset[static_cast<int>(i / 4)] - (rows[i] * offset.x + rows[i + 1] * offset.y + rows[i + 2] * offset.z);
     object.placement = Transform::from_rows(rows);
   }
-  return std::make_shared<const Scene>(std::move(scene));
+  return std::make_shared<const Scene>(with_bounds(std::move(scene)));
 }
 
 }  // namespace tessera

@@ -43,7 +43,7 @@ class SceneBuilder {
   }
   std::shared_ptr<const Scene> build() {
     if (scene_.materials.empty()) scene_.materials.emplace_back();
-    return std::make_shared<const Scene>(std::move(scene_));
+    return std::make_shared<const Scene>(with_bounds(std::move(scene_)));
   }
 
  private:

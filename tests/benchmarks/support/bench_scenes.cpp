@@ -32,7 +32,7 @@ BenchScene on_a_floor(std::string name, Scene scene, bool from_issue) {
                            static_cast<std::uint32_t>(scene.materials.size() - 1), std::nullopt});
   scene.lights = {PointLight{camera.view.from + Vec3{-size.x, 2 * size.y, 0}, {1, 1, 1}, false}};
   scene.camera = camera;
-  return {std::move(name), std::make_shared<const Scene>(std::move(scene)), camera, from_issue};
+  return {std::move(name), std::make_shared<const Scene>(with_bounds(std::move(scene))), camera, from_issue};
 }
 
 /// The room of `interior-kitchen`, a file for each material, seen as its kitchen.scn says. Materials are simplified:
@@ -62,7 +62,7 @@ std::optional<BenchScene> kitchen(const std::filesystem::path& folder) {
   }
   const PerspectiveCamera camera{{{7.634F, -4.168F, 1.422F}, {12.037F, 4.713F, 0.107F}, {0, 0, 1}}, 1.2F};
   scene.lights = {PointLight{camera.view.from + Vec3{0, 0, 0.6F}, {1, 1, 1}, false}};
-  return BenchScene{"kitchen", std::make_shared<const Scene>(std::move(scene)), camera, false};
+  return BenchScene{"kitchen", std::make_shared<const Scene>(with_bounds(std::move(scene))), camera, false};
 }
 
 /// Small spheres of 1280 triangles each, of many sizes, in a cube.

@@ -189,6 +189,8 @@ TEST(ParseScene, GeometryThatNobodyPlacesIsLeftOutAndReported) {
   ASSERT_EQ(scene.shapes.size(), 2U);
   EXPECT_EQ(std::get<Sphere>(scene.shapes[scene.objects[0].shape]).radius, 7);
   EXPECT_EQ(std::get<Sphere>(scene.shapes[scene.objects[1].shape]).radius, 3);
+  EXPECT_EQ(local_bounds(scene)[scene.objects[0].shape].hi, bounds(Sphere{{0, 0, 0}, 7}).hi);
+  EXPECT_EQ(local_bounds(scene)[scene.objects[1].shape].hi, bounds(Sphere{{6, 0, 0}, 3}).hi);
   ASSERT_EQ(scene.warnings.size(), 2U);
   EXPECT_EQ(scene.warnings[0].pointer, "/geometries/a~1b");
   EXPECT_EQ(scene.warnings[1].pointer, "/geometries/ball");

@@ -23,12 +23,12 @@ constexpr std::chrono::seconds kLong{60};
 class JobRunnerTest : public testing::Test {
  protected:
   JobRunnerTest() {
-    auto scene = std::make_shared<Scene>();
-    scene->materials.emplace_back();
-    scene->shapes.emplace_back(Sphere{{0, 0, 0}, 1});
-    scene->objects.push_back({0, 0, std::nullopt});
-    scene->background = {1, 2, 3};
-    scene_ = scene;
+    Scene scene;
+    scene.materials.emplace_back();
+    scene.shapes.emplace_back(Sphere{{0, 0, 0}, 1});
+    scene.objects.push_back({0, 0, std::nullopt});
+    scene.background = {1, 2, 3};
+    scene_ = std::make_shared<const Scene>(with_bounds(std::move(scene)));
   }
 
   std::string start(const Camera& camera, AccelKind accel = AccelKind::bvh) {
@@ -80,11 +80,11 @@ TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {
 }
 
 TEST_F(JobRunnerTest, CountsTheObjectsThatNoRayWasTestedWith) {
-  auto scene = std::make_shared<Scene>(*scene_);
-  scene->shapes.emplace_back(Sphere{{0, 0, 99}, 1});  // Behind the camera.
-  scene->objects.push_back({1, 0, std::nullopt});
+  Scene scene = *scene_;
+  scene.shapes.emplace_back(Sphere{{0, 0, 99}, 1});  // Behind the camera.
+  scene.objects.push_back({1, 0, std::nullopt});
   const Camera camera = PerspectiveCamera{View{{0, 0, 9}, {0, 0, 0}}};
-  scene_ = scene;
+  scene_ = std::make_shared<const Scene>(with_bounds(std::move(scene)));
   const JobView job = ended(start(camera));
   EXPECT_EQ(job.state, JobState::completed) << job.error;
   EXPECT_EQ(job.tested->unmarked(), 1U);
@@ -164,12 +164,12 @@ TEST_F(JobRunnerTest, AJobThatIsCanceledWhileItWaitsNeverBegins) {
 }
 
 TEST_F(JobRunnerTest, BuildsTheMeshesThatRaysComeTo) {
-  auto scene = std::make_shared<Scene>(*scene_);
+  Scene scene = *scene_;
   for (const float z : {0.0F, 99.0F}) {  // The second one is behind the camera.
-    scene->shapes.emplace_back(icosphere(2, 1, {3, 0, z}));
-    scene->objects.push_back({static_cast<std::uint32_t>(scene->objects.size()), 0, std::nullopt});
+    scene.shapes.emplace_back(icosphere(2, 1, {3, 0, z}));
+    scene.objects.push_back({static_cast<std::uint32_t>(scene.objects.size()), 0, std::nullopt});
   }
-  scene_ = scene;
+  scene_ = std::make_shared<const Scene>(with_bounds(std::move(scene)));
   bool fails = true;
   make_ = [&](std::shared_ptr<const Scene> over, const AccelOptions& options) {
     return std::make_unique<const WideAccel>(std::move(over), options, wide_kernels(), [&](const TriangleMesh& mesh) {

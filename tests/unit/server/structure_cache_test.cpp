@@ -13,13 +13,13 @@ namespace tessera::server {
 namespace {
 
 std::shared_ptr<const Scene> scene_of_spheres(int count) {
-  auto scene = std::make_shared<Scene>();
-  scene->materials.emplace_back();
+  Scene scene;
+  scene.materials.emplace_back();
   for (int i = 0; i < count; ++i) {
-    scene->shapes.emplace_back(Sphere{{static_cast<float>(3 * i), 0, 0}, 1});
-    scene->objects.push_back({static_cast<std::uint32_t>(i), 0, std::nullopt});
+    scene.shapes.emplace_back(Sphere{{static_cast<float>(3 * i), 0, 0}, 1});
+    scene.objects.push_back({static_cast<std::uint32_t>(i), 0, std::nullopt});
   }
-  return scene;
+  return std::make_shared<const Scene>(with_bounds(std::move(scene)));
 }
 
 struct Answer {

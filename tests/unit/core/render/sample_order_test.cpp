@@ -16,7 +16,7 @@ TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
            {std::pair<std::size_t, std::size_t>{1024, 1024}, {5, 99}, {7, 1}}) {
         SampleOrder order(rect, samples);
         std::map<std::pair<std::int32_t, std::int32_t>, std::uint32_t> seen;
-        std::vector<Sample> some;
+        std::vector<SampleId> some;
         while (order.next(most_samples, most_pixels, some)) {
           ASSERT_TRUE(!some.empty() && some.size() <= most_samples);
           std::size_t pixels = 0;
@@ -37,7 +37,7 @@ TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
 
 TEST(SampleOrder, KeepsNeighboursTogether) {
   SampleOrder order({32, 16, 96, 80}, 1);
-  std::vector<Sample> all;
+  std::vector<SampleId> all;
   ASSERT_TRUE(order.next(64 * 64, 64 * 64, all));
   for (const auto& [count, side] : {std::pair<std::size_t, int>{16, 4}, {256, 16}})
     for (auto first = all.begin(); first != all.end(); first += static_cast<std::ptrdiff_t>(count)) {

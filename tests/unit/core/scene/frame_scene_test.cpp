@@ -71,7 +71,7 @@ Scene scene_of(const Shape& shape) {
   scene.shapes = {shape};
   scene.objects = {{0, 0, std::nullopt}};
   scene.materials.emplace_back();
-  return scene;
+  return with_bounds(std::move(scene));
 }
 
 std::vector<Vec3d> corners(Vec3d lo, Vec3d hi) {

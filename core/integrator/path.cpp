@@ -1,0 +1,218 @@
+#include "core/integrator/path.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/integrator/shading.h"
+#include "core/integrator/spawn.h"
+#include "core/material/bsdf.h"
+#include "core/sampling/warp.h"
+
+namespace tessera {
+namespace {
+
+/// Segments before roulette begins, and the best chance that it gives: no path goes on for ever.
+constexpr std::uint32_t kRouletteDepth = 5;
+constexpr float kMostSurvival = 0.95F;
+
+/// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
+constexpr float kJustBeyond = 1 + 0x1p-10F;
+
+/// The weight of what was drawn with density `drawn`, and might have been with `other` (power heuristic).
+float mis_weight(float drawn, float other) {
+  const float ratio = other / drawn;
+  return 1 / (1 + ratio * ratio);
+}
+
+float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
+
+/// Light from behind counts too.
+bool scatters_through(const Bsdf& bsdf) {
+  return std::holds_alternative<DielectricBsdf>(bsdf) && has_smooth_lobes(bsdf);
+}
+
+}  // namespace
+
+/// A surface that a path has met.
+struct PathTracer::Vertex {
+  Vertex(const SurfacePoint& surface, Vec3 direction, PrimitiveId id, const Material& material)
+      : shading(surface, direction),
+        primitive(id),
+        bsdf(make_bsdf(material, shading.entering)),
+        frame(basis_around(shading.normal)),
+        to_viewer(frame.to_local(shading.to_viewer)),
+        light_normal(scatters_through(bsdf) ? Vec3{} : shading.normal) {}
+
+  Shading shading;
+  PrimitiveId primitive;
+  Bsdf bsdf;
+  Basis frame;
+  Vec3 to_viewer;     ///< In the frame.
+  Vec3 light_normal;  ///< For `LightTable`.
+};
+
+PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable& lights,
+                       const Sampler& sampler, const Options& options, RayCounts& counts, TraceLog log)
+    : scene_(scene),
+      accel_(accel),
+      lights_(lights),
+      sampler_(sampler),
+      options_(options),
+      has_alpha_(features.alpha),
+      meets_lights_(features.emitters || features.sky),
+      counts_(counts),
+      log_(log),
+      shadows_(scene, features.alpha) {}
+
+void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) {
+  out_ = out;
+  std::ranges::fill(out, Rgb());
+  paths_.clear();
+  rays_.clear();
+  for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    paths_.push_back({.numbers = sampler_.at(samples[i]), .sum = i});
+    rays_.push_back(rays[i]);
+  }
+  hits_.assign(hits.begin(), hits.end());
+  has_hits_ = true;
+  vertex_ = 0;
+}
+
+bool PathTracer::go_on() {
+  if (has_hits_) {
+    shade();
+    has_hits_ = false;
+  } else if (!paths_.empty()) {
+    counts_.scattered += rays_.size();
+    hits_.resize(rays_.size());
+    accel_->closest(rays_, hits_, log_);
+    has_hits_ = true;
+    ++vertex_;
+    return true;
+  }
+  if (!shadows_.empty()) {
+    shadows_.trace(*accel_, out_, counts_, log_);
+    return true;
+  }
+  return !paths_.empty();
+}
+
+void PathTracer::shade() {
+  std::size_t left = 0;
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    if (!shade_path(paths_[i], rays_[i], hits_[i])) continue;
+    paths_[left] = paths_[i];
+    rays_[left++] = rays_[i];
+  }
+  paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(left), paths_.end());
+  rays_.resize(left);
+}
+
+bool PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
+  // What surfaces choose is unit already.
+  const Vec3 direction =
+      vertex_ > 0 && !path.is_direct ? ray.direction : UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
+  if (hit.t == kInfinity) {
+    add_escaped(path, direction);
+    return false;
+  }
+  const Material& material = scene_.materials[scene_.objects[hit.object].material];
+  if (has_alpha_ && material.alpha < 1 && path.numbers.one(dimension(vertex_, Decision::alpha)) >= material.alpha) {
+    ray = beyond(scene_, ray, hit);
+    return true;
+  }
+  const Vertex at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction, {hit.object, hit.primitive},
+                  material);
+  if (!material.emission.is_black()) add_emitted(path, at);
+  if (path.depth == options_.max_depth) return false;
+  path.is_direct = false;
+  sample_light(path, at);
+  ++path.depth;
+  return scatter(path, ray, at);
+}
+
+void PathTracer::add_escaped(const Path& path, Vec3 direction) {
+  if (path.is_direct && options_.hides_background) return;
+  Rgb radiance = lights_.escaped(direction);
+  if (radiance.is_black()) return;
+  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_.pdf_escaped(path.from_normal, direction));
+  add(path.sum, path.throughput * radiance);
+}
+
+void PathTracer::add_emitted(const Path& path, const Vertex& at) {
+  const Vec3 direction = -at.shading.to_viewer;
+  const SurfacePoint& surface = at.shading.surface;
+  Rgb radiance = lights_.emitted(at.primitive, direction, surface.geometric_normal);
+  if (radiance.is_black()) return;
+  if (path.pdf > 0)
+    radiance = radiance *
+               mis_weight(path.pdf, lights_.pdf_hit(path.from, path.from_normal, direction, at.primitive,
+                                                    length(surface.position - path.from), surface.geometric_normal));
+  add(path.sum, path.throughput * radiance);
+}
+
+void PathTracer::sample_light(const Path& path, const Vertex& at) {
+  if (lights_.empty() || !has_smooth_lobes(at.bsdf)) return;
+  const auto light = lights_.sample(at.shading.surface.position, at.light_normal,
+                                    path.numbers.one(dimension(vertex_, Decision::light_pick)),
+                                    path.numbers.two(dimension(vertex_, Decision::light)));
+  if (!light) return;
+  const Vec3 wi = at.frame.to_local(light->to_light);
+  const BsdfValue value = evaluate(at.bsdf, at.to_viewer, wi);
+  if (value.f_cos.is_black()) return;
+  const auto way = leaving(at, light->to_light, wi.z > 0);
+  if (!way) return;
+  const float weight = (light->is_delta ? 1 : mis_weight(light->pdf, value.pdf)) / light->pdf;
+  const Rgb radiance = path.throughput * value.f_cos * light->radiance * weight;
+  if (radiance.is_black()) return;
+  Ray ray = lights_.shadow_ray(*light, way->origin);
+  ray.leaves = way->leaves;
+  shadows_.add(ray, radiance, path.sum);
+}
+
+bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
+  // Where nothing is left but to meet a light by chance, and none can be met, the ray would bring nothing.
+  if (path.depth == options_.max_depth && !meets_lights_) return false;
+  const auto chosen = sample(at.bsdf, at.to_viewer, path.numbers.one(dimension(vertex_, Decision::bsdf_lobe)),
+                             path.numbers.two(dimension(vertex_, Decision::bsdf)));
+  if (!chosen) return false;
+  path.throughput = path.throughput * chosen->weight;
+  path.eta_scale *= chosen->eta_scale;
+  if (path.depth > kRouletteDepth && !survives(path, path.numbers.one(dimension(vertex_, Decision::roulette))))
+    return false;
+  if (path.throughput.is_black()) return false;
+  const auto way = leaving(at, at.frame.to_world(chosen->wi), !chosen->transmits);
+  if (!way) return false;
+  ray = *way;
+  path.pdf = chosen->is_delta ? 0 : chosen->pdf;
+  path.from = at.shading.surface.position;
+  path.from_normal = at.light_normal;
+  return true;
+}
+
+bool PathTracer::survives(Path& path, float number) {
+  const float chance = std::min(largest(path.throughput) * path.eta_scale, kMostSurvival);
+  if (!(number < chance)) return false;
+  path.throughput = path.throughput * (1 / chance);
+  return true;
+}
+
+/// A ray from the vertex on; nothing where a direction of the smooth surface leads to the wrong side of the face. A
+/// direction that is beneath the face and above the smooth surface starts there, unless something lies in between
+/// (after Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, 2021).
+std::optional<Ray> PathTracer::leaving(const Vertex& at, Vec3 direction, bool reflects) {
+  const Shading& s = at.shading;
+  const Vec3 outward = reflects ? s.flat_normal : -s.flat_normal;
+  const Vec3 origin = spawn_origin(s.surface, to_double(outward));
+  if (dot(direction, outward) > 0) return Ray{origin, direction, 0, kInfinity, at.primitive};
+  if (!reflects || !(dot(s.surface.to_smooth, to_double(outward)) > 0)) return std::nullopt;
+  const Vec3 smooth_origin = spawn_origin(s.surface, to_double(outward), s.surface.to_smooth);
+  if (smooth_origin == origin) return std::nullopt;
+  const Vec3 way = to_float(to_double(smooth_origin) - to_double(origin));
+  ++counts_.shadow;
+  if (accel_->occluded(Ray{origin, way, 0, kJustBeyond, left_by(way, outward, at.primitive)}, log_))
+    return std::nullopt;
+  return Ray{smooth_origin, direction, 0, kInfinity, kNoPrimitive};
+}
+
+}  // namespace tessera

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/accel/accel.h"
+#include "core/integrator/integrator.h"
+#include "core/integrator/ray_counts.h"
+#include "core/integrator/shadow_batch.h"
+#include "core/light/light_table.h"
+#include "core/math/rgb.h"
+#include "core/plan/features.h"
+#include "core/sampling/sampler.h"
+#include "core/scene/scene.h"
+
+namespace tessera {
+
+/// Path tracing (Kajiya 1986): at each surface a ray to a light and one that the surface chooses, weighed against each
+/// other by the power heuristic (Veach & Guibas 1995). Paths have `max_depth` segments at most, the one to the light
+/// counted; from the sixth on they end by Russian roulette.
+///
+/// A batch of paths goes on segment by segment. What a path brings is summed in the order of its segments.
+class PathTracer final : public Integrator {
+ public:
+  struct Options {
+    std::uint32_t max_depth = 16;
+    bool hides_background = false;  ///< What the camera sees of it directly is black.
+  };
+
+  /// `features` are the scene's. All have to outlive this.
+  PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable& lights,
+             const Sampler& sampler, const Options& options, RayCounts& counts, TraceLog log = {});
+
+  std::size_t batch_size() const override { return 8192; }
+  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) override;
+  bool go_on() override;
+
+ private:
+  struct Path {
+    PathSample numbers;
+    Rgb throughput{1, 1, 1};
+    float eta_scale = 1;  ///< Takes the scaling of radiance by media out of the throughput.
+    /// With which the last surface chose the direction; 0 where no light was sampled instead, so that what is met
+    /// counts in full.
+    float pdf = 0;
+    Vec3d from{};  ///< That surface's point and normal, as the lights were sampled from there.
+    Vec3 from_normal{};
+    std::uint32_t sum = 0;    ///< Into `out`.
+    std::uint32_t depth = 1;  ///< The number of its last segment.
+    bool is_direct = true;    ///< It has met nothing that isn't passed straight.
+  };
+  struct Vertex;
+
+  void shade();
+  /// Lets the path go on with `ray`; false where it ends.
+  bool shade_path(Path& path, Ray& ray, const Hit& hit);
+  void add_escaped(const Path& path, Vec3 direction);
+  void add_emitted(const Path& path, const Vertex& at);
+  void sample_light(const Path& path, const Vertex& at);
+  bool scatter(Path& path, Ray& ray, const Vertex& at);
+  static bool survives(Path& path, float number);
+  std::optional<Ray> leaving(const Vertex& at, Vec3 direction, bool reflects);
+  void add(std::uint32_t sum, Rgb radiance) { out_[sum] = out_[sum] + radiance; }
+
+  const Scene& scene_;
+  const Accel* accel_;
+  const LightTable& lights_;
+  const Sampler& sampler_;
+  Options options_;
+  bool has_alpha_;
+  bool meets_lights_;  ///< A ray can meet light by chance.
+  RayCounts& counts_;
+  TraceLog log_;
+  std::span<Rgb> out_;
+  std::uint32_t vertex_ = 0;  ///< Of the paths, the first hit being 0.
+  bool has_hits_ = false;     ///< Otherwise the rays are still to be traced.
+  std::vector<Path> paths_;
+  std::vector<Ray> rays_;
+  std::vector<Hit> hits_;
+  ShadowBatch shadows_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,168 @@
+#include "core/light/light_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/light/emissive_surface.h"
+#include "core/math/portable_float.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFF;
+
+/// A shadow ray's end and its light's surface are both off by a few roundings of the whole way, so it stops 16 of them
+/// short: a lamp is not in its own shadow.
+constexpr float kJustBeforeLight = 1 - 16 * static_cast<float>(kUnitRoundoff);
+
+double mean(Rgb c) { return (double{c.r} + c.g + c.b) / 3; }
+
+LightBounds bounds_of(const PointLight& light) {
+  return {.box = {light.position, light.position}, .intensity = mean(light.intensity)};
+}
+
+LightBounds bounds_of(const SpotLight& light) {
+  return {{light.position, light.position},
+          light.direction,
+          portable_sin_cos(light.inner_angle).cos,
+          portable_sin_cos(light.outer_angle - light.inner_angle).cos,
+          false,
+          mean(light.intensity)};
+}
+
+/// What is left of a spot's intensity in a direction (unit) from it.
+double falloff(const SpotLight& light, Vec3d direction) {
+  const double cosine = dot(direction, to_double(light.direction));
+  const double outer = portable_sin_cos(light.outer_angle).cos, inner = portable_sin_cos(light.inner_angle).cos;
+  if (cosine <= outer) return 0;
+  if (cosine >= inner) return 1;
+  const double x = (cosine - outer) / (inner - outer);
+  return x * x * (3 - 2 * x);
+}
+
+/// From a place, when a share of the intensity goes that way.
+template <typename Falloff>
+std::optional<LightSample> sample_point(Vec3 position, Rgb intensity, Vec3d from, Falloff falloff) {
+  const Vec3d way = to_double(position) - from;
+  const double square = dot(way, way), distance = std::sqrt(square);
+  const auto direction = UnitVec3::normalize(way);
+  if (!direction) return std::nullopt;
+  const Rgb irradiance = intensity * static_cast<float>(falloff(way / -distance) / square);
+  if (irradiance.is_black() || !is_finite(irradiance)) return std::nullopt;
+  return LightSample{*direction, static_cast<float>(distance), irradiance, 1, true, to_double(position), kNoPrimitive};
+}
+
+std::optional<LightSample> sample_light(const Light& light, Vec3d from) {
+  if (const auto* point = std::get_if<PointLight>(&light))
+    return sample_point(point->position, point->intensity, from, [](Vec3d) { return 1.0; });
+  const auto& spot = std::get<SpotLight>(light);
+  return sample_point(spot.position, spot.intensity, from, [&](Vec3d way) { return falloff(spot, way); });
+}
+
+}  // namespace
+
+LightTable::LightTable(const Scene& scene)
+    : scene_(scene),
+      far_(scene),
+      first_(scene.objects.size(), kNone),
+      near_(gather_near()),
+      far_share_(far_.size() == 0    ? 0
+                 : near_.size() == 0 ? 1
+                                     : 0.5) {}
+
+LightTree LightTable::gather_near() {
+  std::vector<LightBounds> bounds;
+  const auto add = [&](PrimitiveId source, const LightBounds& light) {
+    sources_.push_back(source);
+    bounds.push_back(light);
+  };
+  for (std::uint32_t i = 0; i < scene_.lights.size(); ++i) {
+    const auto* point = std::get_if<PointLight>(&scene_.lights[i]);
+    const auto* spot = std::get_if<SpotLight>(&scene_.lights[i]);
+    if (point && point->falls_off) add({kNone, i}, bounds_of(*point));
+    if (spot) add({kNone, i}, bounds_of(*spot));
+  }
+  for (std::uint32_t i = 0; i < scene_.objects.size(); ++i) {
+    const Object& object = scene_.objects[i];
+    const Shape& shape = scene_.shapes[object.shape];
+    const Material& material = scene_.materials[object.material];
+    const double radiance = mean(material.emission) * material.alpha;
+    if (!(radiance > 0) || !can_be_sampled(shape)) continue;
+    first_[i] = static_cast<std::uint32_t>(sources_.size());
+    for (std::uint32_t primitive = 0; primitive < primitive_count(shape); ++primitive)
+      add({i, primitive}, surface_bounds(scene_, {i, primitive}, radiance, material.emits_both_sides));
+  }
+  return LightTree(bounds);
+}
+
+std::optional<LightSample> LightTable::sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const {
+  if (empty()) return std::nullopt;
+  const bool far = pick < far_share_;
+  const double share = far ? far_share_ : 1 - far_share_;
+  const double rest = (far ? pick : pick - far_share_) / share;
+  auto found = far ? sample_far(normal, rest, u) : sample_near(from, normal, rest, u);
+  if (!found) return std::nullopt;
+  found->pdf = static_cast<float>(found->pdf * share);
+  if (!(found->pdf > 0) || !std::isfinite(found->pdf)) return std::nullopt;
+  return found;
+}
+
+std::optional<LightSample> LightTable::sample_far(Vec3 normal, double pick, Vec2 u) const {
+  const auto found = far_.sample(normal, pick, u);
+  if (!found) return std::nullopt;
+  return LightSample{found->direction, kInfinity, found->radiance, static_cast<float>(found->pdf),
+                     found->is_delta,  {},        kNoPrimitive};
+}
+
+std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const {
+  const auto [light, probability] = near_.pick(from, normal, pick);
+  const PrimitiveId source = sources_[light];
+  if (source.object == kNone) {
+    auto found = sample_light(scene_.lights[source.primitive], from);
+    if (found) found->pdf = static_cast<float>(probability);
+    return found;
+  }
+  const Material& material = scene_.materials[scene_.objects[source.object].material];
+  const auto found = sample_surface(scene_, source, from, u);
+  if (!found || !(found->front || material.emits_both_sides)) return std::nullopt;
+  const auto direction = UnitVec3::normalize(found->way);
+  if (!direction) return std::nullopt;
+  return LightSample{*direction,
+                     static_cast<float>(length(found->way)),
+                     material.emission * material.alpha,
+                     static_cast<float>(probability * found->pdf),
+                     false,
+                     from + found->way,
+                     source};
+}
+
+Ray LightTable::shadow_ray(const LightSample& sample, Vec3 origin) const {
+  if (sample.distance == kInfinity) return {origin, sample.to_light};
+  Ray ray{origin, to_float(sample.position - to_double(origin)), 0, kInfinity};
+  const bool has_surface = sample.primitive.object != kNone;
+  ray.t_max = (has_surface ? t_near_one(scene_, sample.primitive, ray).value_or(1) : 1) * kJustBeforeLight;
+  return ray;
+}
+
+Rgb LightTable::emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const {
+  const Material& material = scene_.materials[scene_.objects[primitive.object].material];
+  const bool front = dot(to_double(direction), geometric_normal) < 0;
+  return front || material.emits_both_sides ? material.emission : Rgb{};
+}
+
+float LightTable::pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId primitive, double distance,
+                          Vec3d geometric_normal) const {
+  const std::uint32_t first = first_[primitive.object];
+  if (first == kNone) return 0;
+  const double probability = near_.probability(first + primitive.primitive, from, normal);
+  if (probability == 0) return 0;
+  const double pdf = surface_pdf(scene_, primitive, from, direction, distance, geometric_normal);
+  return static_cast<float>(std::min(pdf * probability * (1 - far_share_), double{std::numeric_limits<float>::max()}));
+}
+
+float LightTable::pdf_escaped(Vec3 normal, Vec3 direction) const {
+  return far_share_ == 0 ? 0 : static_cast<float>(far_share_ * far_.pdf(normal, direction));
+}
+
+}  // namespace tessera

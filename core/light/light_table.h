@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/light/infinite_lights.h"
+#include "core/light/light_tree.h"
+#include "core/math/ray.h"
+#include "core/math/vec2.h"
+#include "core/scene/scene.h"
+
+namespace tessera {
+
+/// A direction in which a light may be seen.
+struct LightSample {
+  Vec3 to_light;   ///< Unit.
+  float distance;  ///< Infinite where the light is infinitely far away.
+  Rgb radiance;  ///< W/(sr m²), if nothing stands in between; of a delta light the irradiance on a plane that faces it.
+  float pdf;     ///< Per solid angle; of a delta light the probability of picking it. > 0 and finite.
+  bool is_delta;  ///< A point or a direction, which no ray meets by chance.
+
+  // For `LightTable::shadow_ray`.
+  Vec3d position;         ///< Of the point that was chosen, unless `distance` is infinite.
+  PrimitiveId primitive;  ///< That it lies on, or none.
+};
+
+/// All lights of a scene that the path tracer knows: point lights that fall off, spots, directional lights, suns, the
+/// environment (or the background), and objects that emit. What is sampled are the lights themselves, and of objects
+/// triangles, quads, spheres and disks, each primitive a light of its own; those without area, and what is black, never
+/// are. Where lights are both near and infinitely far away, each kind is picked half of the time; one of those far away
+/// as `InfiniteLights` says, one of the others by a `LightTree`.
+///
+/// Densities are those of the one sample that `sample` gives. `normal`, the shading normal, is unit where only light
+/// from its side counts (a surface that lets nothing pass), and zero otherwise; `from` is the same point for `sample`
+/// and `pdf_hit`. Immutable, safe from any thread. Must not outlive the scene.
+class LightTable {
+ public:
+  explicit LightTable(const Scene& scene);
+
+  /// Whether there is nothing to sample.
+  bool empty() const { return count() == 0; }
+  /// How many lights may be picked.
+  std::uint64_t count() const { return std::uint64_t{near_.size()} + far_.size(); }
+  /// Whether several lights are near: otherwise the tree has nothing to decide.
+  bool has_hierarchy() const { return near_.size() > 1; }
+
+  /// `pick` in [0, 1), `u` in [0, 1)². Nothing when what these fall on sends nothing to that point.
+  std::optional<LightSample> sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const;
+
+  /// From a point beside the surface that `from` lay on: occluded exactly when something stands between it and the
+  /// light; the light itself doesn't. Its direction isn't of length 1.
+  Ray shadow_ray(const LightSample& sample, Vec3 origin) const;
+
+  /// What a primitive sends out (W/(sr m²)) against `direction`, that of a ray which meets it where its geometric
+  /// normal is `geometric_normal`.
+  Rgb emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const;
+
+  /// The density with which `sample` gives `direction` (unit), in which a ray from `from` meets the primitive at
+  /// `distance`; 0 for one that isn't sampled. Finite.
+  float pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId primitive, double distance,
+                Vec3d geometric_normal) const;
+
+  /// What a ray that meets nothing sees, `direction` being unit.
+  Rgb escaped(Vec3 direction) const { return far_.radiance(direction); }
+
+  /// The density with which `sample` gives that direction, infinitely far away. Finite.
+  float pdf_escaped(Vec3 normal, Vec3 direction) const;
+
+ private:
+  /// Fills the sources.
+  LightTree gather_near();
+  std::optional<LightSample> sample_far(Vec3 normal, double pick, Vec2 u) const;
+  std::optional<LightSample> sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const;
+
+  const Scene& scene_;
+  InfiniteLights far_;
+  std::vector<PrimitiveId> sources_;  ///< Those of the tree; of a light of the scene its index, `object` being none.
+  std::vector<std::uint32_t> first_;  ///< For each object the source that its first primitive is, or none.
+  LightTree near_;
+  double far_share_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,304 @@
+#include "core/light/light_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/math/rounding.h"
+
+namespace tessera {
+namespace {
+
+// A branch's link: the light that it is, or the node that it leads to, and whether it emits on both sides.
+constexpr std::uint32_t kIsLight = 0x80000000, kBothSides = 0x40000000, kIndex = 0x3FFFFFFF;
+
+/// Of what branches are kept in. Cosines are rounded down, unless rounding alone makes them less than whole.
+constexpr double kAxisUnit = 32767, kCosineUnit = 127, kNearlyWhole = 0x1p-10;
+
+/// A cosine is known to less than this: an axis is kept to 2^-15, a spread and a radius are never too small. Lights
+/// count as dark only where they are by more, and as dim at most this much, so that what rounding hides of a light's
+/// importance can't make its samples weigh more than that.
+constexpr double kSlack = 0x1p-10;
+
+constexpr double kTotalIntensity = 0x1p100;
+
+/// From here on a subtree's lights are halved, so that a way has less than 64 levels.
+constexpr int kMostHeuristicLevels = 32;
+
+constexpr std::uint32_t kBins = 12;
+
+double sine_of(double cosine) { return std::sqrt(std::max(0.0, 1 - cosine * cosine)); }
+
+struct Angle {
+  double cos, sin;
+};
+/// a − b, or 0 where that would be less; both in [0, π].
+Angle less(Angle a, Angle b) {
+  if (a.cos >= b.cos) return {1, 0};
+  return {a.cos * b.cos + a.sin * b.sin, a.sin * b.cos - a.cos * b.sin};
+}
+
+}  // namespace
+
+/// A branch may send I cos θ' cos θi' / d² (Conty Estevez & Kulla 2018, eq. 3), the angles being the least that there
+/// are for points in the sphere around its box.
+double LightTree::importance(const Branch& branch, Vec3d point, Vec3d normal) {
+  const Vec3d way = to_double(branch.center) - point;
+  const double square = dot(way, way), radius = branch.radius, inside = radius * radius;
+  const double intensity = branch.intensity;
+  if (square <= inside) return intensity / std::max(inside, 1e-100);
+  const double inverse = 1 / square, along = std::sqrt(inverse);
+  const Angle around{std::sqrt(1 - inside * inverse), radius * along};
+  double weight = intensity * inverse;
+  if (branch.cos_spread > -kCosineUnit) {
+    const Vec3d axis{static_cast<double>(branch.axis[0]), static_cast<double>(branch.axis[1]),
+                     static_cast<double>(branch.axis[2])};
+    double cosine = dot(way, axis) * (-along / kAxisUnit);
+    if (branch.link & kBothSides) cosine = std::abs(cosine);
+    cosine = std::clamp(cosine, -1.0, 1.0);
+    const double spread = branch.cos_spread / kCosineUnit;
+    const Angle to_axes = less(less({cosine, sine_of(cosine)}, {spread, sine_of(spread)}), around);
+    if (to_axes.cos < branch.cos_reach / kCosineUnit - kSlack) return 0;
+    weight *= std::max(to_axes.cos, kSlack);
+  }
+  if (normal != Vec3d{}) {
+    const double cosine = std::clamp(dot(way, normal) * along, -1.0, 1.0);
+    const double lit = less({cosine, sine_of(cosine)}, around).cos;
+    if (lit < -kSlack) return 0;
+    weight *= std::max(lit, kSlack);
+  }
+  return weight;
+}
+
+double LightTree::share_of_first(const Node& node, Vec3d point, Vec3d normal) {
+  const double first = importance(node.branches[0], point, normal);
+  const double second = importance(node.branches[1], point, normal);
+  return first + second > 0 ? first / (first + second) : 0.5;
+}
+
+LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
+  if (nodes_.empty()) return {only_, 1};
+  const Vec3d side = to_double(normal);
+  double probability = 1;
+  std::uint32_t link = 0;
+  do {
+    const Node& node = nodes_[link & kIndex];
+    const double first = share_of_first(node, point, side);
+    const bool second = pick >= first;
+    const double share = second ? 1 - first : first;
+    pick = std::min((second ? pick - first : pick) / share, 1 - 0x1p-53);
+    probability *= share;
+    link = node.branches[second].link;
+  } while (!(link & kIsLight));
+  return {link & kIndex, probability};
+}
+
+double LightTree::probability(std::uint32_t light, Vec3d point, Vec3 normal) const {
+  const Vec3d side = to_double(normal);
+  std::uint64_t way = ways_[light];
+  double probability = way == 0 ? 0 : 1;
+  for (std::uint32_t link = 0; way > 1; way >>= 1) {
+    const Node& node = nodes_[link & kIndex];
+    const double first = share_of_first(node, point, side);
+    const bool second = way & 1;
+    probability *= second ? 1 - first : first;
+    link = node.branches[second].link;
+  }
+  return probability;
+}
+
+/// Splits lights by the surface area orientation heuristic (Conty Estevez & Kulla 2018, sect. 4.2), the area being that
+/// of the sphere around a box, as importance knows no other.
+class LightTree::Builder {
+ public:
+  Builder(LightTree& tree, std::span<const LightBounds> lights) : tree_(tree) {
+    double total = 0;
+    for (std::uint32_t i = 0; i < lights.size(); ++i) {
+      if (!(lights[i].intensity > 0)) continue;
+      items_.push_back({lights[i], to_double(lights[i].box.lo) + to_double(lights[i].box.hi), i});
+      total += lights[i].intensity;
+    }
+    scale_ = kTotalIntensity / total;
+    tree_.size_ = static_cast<std::uint32_t>(items_.size());
+    tree_.ways_.assign(lights.size(), 0);
+    if (items_.empty()) return;
+    second_.reserve(items_.size());
+    tree_.nodes_.reserve(items_.size() - 1);
+    if (items_.size() == 1) {
+      tree_.only_ = items_[0].light;
+      tree_.ways_[tree_.only_] = 1;
+    } else {
+      make_node(items_, 0, 0);
+    }
+  }
+
+ private:
+  struct Item {
+    LightBounds bounds;
+    Vec3d place;  ///< Twice the box's centre.
+    std::uint32_t light;
+  };
+  using Items = std::span<Item>;
+
+  /// Lights of which the axes are not bounded yet.
+  struct Sum {
+    Aabb box;
+    Vec3d axes;
+    double intensity = 0;
+    EmissionCone cone;
+    std::uint32_t count = 0;
+
+    void add(const LightBounds& b) {
+      box.extend(b.box);
+      const Vec3d axis = to_double(b.axis);
+      axes = b.both_sides && dot(axes, axis) < 0 ? axes - axis : axes + axis;
+      intensity += b.intensity;
+      ++count;
+    }
+    void begin_cone() { cone = EmissionCone::around(axes); }
+    void merge(const Sum& other) {
+      if (other.count == 0) return;
+      box.extend(other.box);
+      cone = count == 0 ? other.cone : united(cone, other.cone);
+      intensity += other.intensity;
+      count += other.count;
+    }
+    double cost() const {
+      const Vec3d d = to_double(box.hi) - to_double(box.lo);
+      return intensity * cone.measure() * dot(d, d);
+    }
+  };
+
+  Sum sum_of(Items items) const {
+    Sum sum;
+    for (const Item& item : items) sum.add(item.bounds);
+    sum.begin_cone();
+    for (const Item& item : items) sum.cone.extend(item.bounds);
+    return sum;
+  }
+
+  std::uint32_t make_node(Items items, int level, std::uint64_t way) {
+    const auto index = static_cast<std::uint32_t>(tree_.nodes_.size());
+    tree_.nodes_.emplace_back();
+    const std::size_t middle = split(items, level);
+    const Items halves[] = {items.first(middle), items.subspan(middle)};
+    for (std::uint64_t second = 0; second < 2; ++second) {
+      Branch branch = branch_of(halves[second]);
+      const std::uint64_t there = way | second << level;
+      if (halves[second].size() == 1) {
+        const std::uint32_t light = halves[second][0].light;
+        branch.link |= kIsLight | light;
+        tree_.ways_[light] = there | std::uint64_t{2} << level;
+      } else {
+        branch.link |= make_node(halves[second], level + 1, there);
+      }
+      tree_.nodes_[index].branches[second] = branch;
+    }
+    return index;
+  }
+
+  Branch branch_of(Items items) const {
+    const Sum sum = sum_of(items);
+    const Vec3d lo = to_double(sum.box.lo), hi = to_double(sum.box.hi);
+    Branch branch{};
+    branch.center = to_float((lo + hi) * 0.5);
+    const Vec3d c = to_double(branch.center);
+    branch.radius = lo == hi ? 0 : above(length(max(hi - c, c - lo)));
+    for (int i = 0; i < 3; ++i)
+      branch.axis[i] = static_cast<std::int16_t>(std::floor(sum.cone.axis[i] * kAxisUnit + 0.5));
+    branch.cos_spread = static_cast<std::int8_t>(std::floor(sum.cone.cos_spread * kCosineUnit + kNearlyWhole));
+    branch.cos_reach = static_cast<std::int8_t>(std::floor(sum.cone.cos_reach * kCosineUnit + kNearlyWhole));
+    branch.intensity = std::max(static_cast<float>(sum.intensity * scale_), std::numeric_limits<float>::min());
+    branch.link = sum.cone.both_sides ? kBothSides : 0;
+    return branch;
+  }
+
+  /// Reorders the items; how many of them, neither none nor all, are the first half.
+  std::size_t split(Items items, int level) {
+    if (items.size() == 2) return 1;
+    Vec3d lo = items[0].place, hi = lo;
+    for (const Item& item : items) {
+      lo = min(lo, item.place);
+      hi = max(hi, item.place);
+    }
+    const Vec3d extent = hi - lo;
+    const double longest = max_component(extent);
+    if (longest > 0 && level < kMostHeuristicLevels) {
+      const Cut cut = best_cut(items, lo, extent);
+      if (cut.axis >= 0) {
+        const double scale = cut.bins / extent[cut.axis];
+        return part(items, [&](const Item& item) { return bin_of(item, cut.axis, lo, scale, cut.bins) < cut.bin; });
+      }
+    }
+    const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
+    std::ranges::sort(items, [&](const Item& a, const Item& b) {
+      return a.place[axis] != b.place[axis] ? a.place[axis] < b.place[axis] : a.light < b.light;
+    });
+    return items.size() / 2;
+  }
+
+  /// Items below a bin on one side, the rest on the other.
+  struct Cut {
+    int axis = -1;
+    std::uint32_t bin = 0, bins = 0;
+    double cost = std::numeric_limits<double>::infinity();
+  };
+
+  static std::uint32_t bin_of(const Item& item, int axis, Vec3d lo, double scale, std::uint32_t bins) {
+    return std::min(static_cast<std::uint32_t>((item.place[axis] - lo[axis]) * scale), bins - 1);
+  }
+
+  static Cut best_cut(Items items, Vec3d lo, Vec3d extent) {
+    const auto bins = static_cast<std::uint32_t>(std::min<std::size_t>(kBins, items.size()));
+    Cut best;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double scale = bins / extent[axis];
+      if (!std::isfinite(scale)) continue;
+      std::array<Sum, kBins> sums{};
+      for (const Item& item : items) sums[bin_of(item, axis, lo, scale, bins)].add(item.bounds);
+      for (Sum& sum : sums) sum.begin_cone();
+      for (const Item& item : items) sums[bin_of(item, axis, lo, scale, bins)].cone.extend(item.bounds);
+
+      // A box that is thin where it could be cut is no gain: Conty Estevez & Kulla's factor for that.
+      const double thin = max_component(extent) / extent[axis];
+      std::array<double, kBins> above_cost{};
+      Sum above;
+      for (std::uint32_t bin = bins - 1; bin > 0; --bin) {
+        above.merge(sums[bin]);
+        above_cost[bin] = above.count > 0 ? above.cost() : std::numeric_limits<double>::infinity();
+      }
+      Sum below;
+      for (std::uint32_t bin = 1; bin < bins; ++bin) {
+        below.merge(sums[bin - 1]);
+        if (below.count == 0) continue;
+        const double cost = thin * (below.cost() + above_cost[bin]);
+        if (cost < best.cost) best = {axis, bin, bins, cost};
+      }
+    }
+    return best;
+  }
+
+  /// Those that `is_first` come first, in both halves in the order that they had: the same with every library.
+  template <typename IsFirst>
+  std::size_t part(Items items, IsFirst is_first) {
+    second_.clear();
+    std::size_t count = 0;
+    for (const Item& item : items) {
+      if (is_first(item))
+        items[count++] = item;
+      else
+        second_.push_back(item);
+    }
+    std::ranges::copy(second_, items.begin() + static_cast<std::ptrdiff_t>(count));
+    return count;
+  }
+
+  LightTree& tree_;
+  std::vector<Item> items_, second_;
+  double scale_ = 0;
+};
+
+LightTree::LightTree(std::span<const LightBounds> lights) { Builder(*this, lights); }
+
+}  // namespace tessera

@@ -1,0 +1,18 @@
+#pragma once
+
+namespace tessera {
+
+// What single scattering at a rough surface (GGX as in ggx.h) keeps of even light, from tables: to give back the rest
+// (Turquin 2019). `cos_theta` is of wo, > 0; `roughness` in [kLeastRoughness, 1].
+
+/// The share that is reflected,
+struct GgxAlbedo {
+  float white;    ///< by facets that reflect all;
+  float schlick;  ///< by facets that reflect (1 - cos)^5 (Schlick), cos being that of half the angle.
+};
+GgxAlbedo ggx_albedo(float cos_theta, float roughness);
+
+/// The share that a dielectric reflects or lets pass, by the index of the far side relative to the near one, `eta` > 0.
+float dielectric_albedo(float cos_theta, float roughness, float eta);
+
+}  // namespace tessera

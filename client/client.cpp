@@ -86,8 +86,14 @@ proto::JobStatus Client::watch(const std::string& id, const std::function<void(c
 
 std::string Client::fetch(const std::string& id, const ImageRequest& image) const {
   std::string target = job_path(id) + "/image?format=" + percent_encode(image.format);
-  if (!image.aov.empty()) target += "&aov=" + percent_encode(image.aov);
-  if (image.partial) target += "&partial=1";
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) target += '&' + (name + ('=' + percent_encode(value)));
+  };
+  add("aov", image.aov);
+  add("partial", image.partial ? "1" : "");
+  add("exposure", image.exposure);
+  add("tone_map", image.tone_map);
+  add("precision", image.precision);
   return call({.method = "GET", .target = target});
 }
 

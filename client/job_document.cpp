@@ -118,8 +118,29 @@ json* section(json& document, const char* name) {
   return member.is_object() ? &member : nullptr;
 }
 
+/// When to stop, in one place: the samples of a document that has no "until" become the most where it gets one.
+void apply_until(const JobOptions& options, json& settings) {
+  const bool had_until = settings.contains("until");
+  if (!had_until && !options.error && !options.seconds) {
+    if (options.samples) settings["samples"] = *options.samples;
+    return;
+  }
+  json* until = section(settings, "until");
+  if (until == nullptr) return;
+  if (!had_until && settings.contains("samples")) {
+    (*until)["samples"] = settings["samples"];
+    settings.erase("samples");
+  }
+  if (options.samples) (*until)["samples"] = *options.samples;
+  if (options.error) (*until)["error"] = *options.error;
+  if (options.seconds) (*until)["seconds"] = *options.seconds;
+}
+
 void apply_settings(const JobOptions& options, json& settings) {
-  if (options.samples) settings["samples"] = *options.samples;
+  apply_until(options, settings);
+  if (options.integrator) settings["integrator"] = *options.integrator;
+  if (options.sampler) settings["sampler"] = *options.sampler;
+  if (options.transparent) settings["transparent"] = true;
   if (options.max_depth) settings["max_depth"] = *options.max_depth;
   if (options.seed) settings["seed"] = *options.seed;
   if (options.accel) settings["accel"] = parse_accel(*options.accel).value();

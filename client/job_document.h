@@ -19,7 +19,10 @@ struct JobOptions {
   std::optional<std::string> name;  ///< Else the document's, else the file's name.
   std::optional<Size> size;
   std::optional<std::uint64_t> samples, max_depth, seed;
-  std::optional<std::string> accel;  ///< As `parse_accel` takes it.
+  std::optional<std::string> integrator, sampler;
+  std::optional<double> error, seconds;  ///< Until which the image is refined; `samples` are the most then.
+  bool transparent = false;              ///< False leaves it to the document.
+  std::optional<std::string> accel;      ///< As `parse_accel` takes it.
   std::optional<std::string> screen_bounds;
   std::optional<std::string> tile_size;  ///< auto, whole, or a number of pixels.
   std::vector<std::string> aovs;

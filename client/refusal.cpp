@@ -82,7 +82,10 @@ std::string in_our_words(const std::string& text) {
 
 /// Options for the query's parameters, which have their names.
 std::string place_of(const std::string& pointer) {
-  return pointer.starts_with('?') ? "--" + pointer.substr(1) : pointer;
+  if (!pointer.starts_with('?')) return pointer;
+  std::string option = "--" + pointer.substr(1);
+  std::ranges::replace(option, '_', '-');
+  return option;
 }
 
 std::string message_of(const json& problem) {

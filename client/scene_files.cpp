@@ -91,8 +91,11 @@ class Walk {
   }
 
   void visit(json& value, const json::json_pointer& pointer) {
-    if (value.is_object() && value.value("type", json()) == "file" && value.contains("path"))
-      name_by_content(value, (pointer / "path").to_string());
+    if (value.is_object() && value.contains("path") && value["path"].is_string()) {
+      const json type = value.value("type", json());
+      if (type == "file") name_scene_file(value, (pointer / "path").to_string());
+      if (type == "environment") name_by_content(value, (pointer / "path").to_string());
+    }
     if (value.is_object())
       for (auto& [key, member] : value.items()) visit(member, pointer / key);
     if (value.is_array())
@@ -106,34 +109,49 @@ class Walk {
   }
 
  private:
-  void name_by_content(json& file, const std::string& pointer) {
-    if (!file["path"].is_string()) return;
-    const std::string written = file["path"];
-    const fs::path path = folder_.folder / written;
+  /// The file that `named` names, when it is here and may be sent.
+  std::optional<fs::path> find(const json& named, const std::string& pointer) {
+    const std::string written = named["path"];
+    fs::path path = folder_.folder / written;
     if (!is_file(path)) {
       found_.left_to_server.push_back(written);
-      return;
+      return std::nullopt;
     }
     if (!may_send(path)) {
       errors_.push_back({pointer, written + " lies outside the document's folder; " + kAllowOutside});
-      return;
+      return std::nullopt;
     }
+    return path;
+  }
+
+  void put_blob(json& named, const fs::path& path) {
+    named["blob"] = add(path);
+    named.erase("path");
+  }
+
+  void name_by_content(json& named, const std::string& pointer) {
+    if (const auto path = find(named, pointer)) put_blob(named, *path);
+  }
+
+  void name_scene_file(json& file, const std::string& pointer) {
+    const auto path = find(file, pointer);
+    if (!path) return;
+    const std::string written = file["path"];
     if (!file.contains("format")) {
-      const proto::FileKind kind = proto::file_kind(path);
-      const std::string format = scene_file_format(path, kind);
+      const proto::FileKind kind = proto::file_kind(*path);
+      const std::string format = scene_file_format(*path, kind);
       if (format.empty()) {
         errors_.push_back(
             {pointer, written + " is " + std::string(proto::description(kind)) + "; known are OBJ, PLY and NFF"});
         return;
       }
-      const std::string ending = format_by_ending(path);
+      const std::string ending = format_by_ending(*path);
       if (!ending.empty() && ending != format)
         found_.notes.push_back(written + " is " + std::string(proto::description(kind)) + " and is read as one");
       file["format"] = format;
     }
-    file["blob"] = add(path);
-    file.erase("path");
-    if (file["format"] == "obj" && !file.contains("companions")) add_companions(file, path);
+    put_blob(file, *path);
+    if (file["format"] == "obj" && !file.contains("companions")) add_companions(file, *path);
   }
 
   void add_companions(json& file, const fs::path& obj) {

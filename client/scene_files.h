@@ -34,9 +34,10 @@ struct NamedFiles {
 };
 
 /// Rewrites each {"type": "file", "path": ...} anywhere in `document` whose path, taken from the folder, leads to a
-/// file here: "blob", "format" and, for an OBJ's material libraries, "companions" take the path's place. The document
-/// then means the same to a server that has these files as blobs. A file's format is what its content says, else what
-/// its name's ending does. Paths that lead nowhere are left as they are. Libraries are found in any case of letters.
+/// file here: "blob", "format" and, for an OBJ's material libraries, "companions" take the path's place; and each
+/// {"type": "environment", "path": ...}, whose map needs "blob" alone. The document then means the same to a server
+/// that has these files as blobs. A file's format is what its content says, else what its name's ending does. Paths
+/// that lead nowhere are left as they are. Libraries are found in any case of letters.
 ///
 /// Files outside the folder, by their path or by symbolic links, aren't sent unless that is allowed: a library is left
 /// out with a note. Throws `Failure` (local_file) when the document itself names such a file, one whose format isn't

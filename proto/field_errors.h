@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/problem.h"
 
 namespace tessera::proto {

@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "proto/names.h"
-
+#include "proto/import/environment.h"
 namespace tessera::proto {
 namespace {
 
 constexpr std::size_t kLongestPath = 4096;
+constexpr const char* kChanged = "The file changed while it was read; send the scene again.";
 
 std::string folder_of(std::string_view path) { return std::filesystem::path(path).parent_path().generic_string(); }
 
@@ -61,6 +61,26 @@ bool find_companions(const JsonCursor& value, const FileSource& files, std::map<
   return good;
 }
 
+/// The file that one of `path` and `blob` names, which is the one that is there, and how messages call it.
+struct FoundFile {
+  std::string name;
+  SourceFile file;
+};
+std::optional<FoundFile> find_file(const std::optional<JsonCursor>& path, const std::optional<JsonCursor>& blob,
+                                   const FileSource& files, const std::stop_token& stop) {
+  FoundFile found;
+  std::optional<SourceFile> file;
+  if (path) {
+    if (read(path, found.name, kLongestPath)) file = find_asset(found.name, *path, files, stop);
+  } else {
+    file = find_blob(*blob, files);
+    if (file) found.name = file->hash;
+  }
+  if (!file) return std::nullopt;
+  found.file = *file;
+  return found;
+}
+
 /// Whether a file is still what was found. A file that can't be read any more isn't.
 bool is_unchanged(const SourceFile& file, const std::stop_token& stop) {
   const auto hash = hash_file(file.path, stop);
@@ -80,18 +100,16 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
   }
   FileReference reference{fields.value(), {}, {}, {}, {}};
   bool good = read(format_field, reference.format, file_format_names());
-  std::optional<SourceFile> file;
+  const auto file = find_file(path, blob, files_, stop_);
   if (path) {
-    if (read(path, reference.name, kLongestPath)) file = find_asset(reference.name, *path, files_, stop_);
     if (companions) good = companions->error("\"companions\" go with a blob; a path finds its own beside it.");
   } else {
-    file = find_blob(*blob, files_);
-    if (file) reference.name = file->hash;
     reference.companions.emplace();
     if (companions) good &= find_companions(*companions, files_, *reference.companions);
   }
   if (!file || !good) return std::nullopt;
-  reference.file = *file;
+  reference.name = file->name;
+  reference.file = file->file;
   if (!format_field) {
     const auto format = path ? format_of(reference.name) : std::nullopt;
     if (!format) {
@@ -107,7 +125,32 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
 const LoadedFile* FileLoader::load(const FileReference& reference) {
   const auto [entry, is_new] = loaded_.try_emplace(cache_key(reference));
   if (is_new) entry->second = import(reference);
-  return entry->second ? &*entry->second : nullptr;
+  if (!entry->second) return nullptr;
+  identities_[reference.where.index()] = &entry->second->identity;
+  return &*entry->second;
+}
+
+bool FileLoader::find_environment(JsonFields& fields, std::shared_ptr<const EnvironmentMap>& map) {
+  const auto path = fields.optional("path"), blob = fields.optional("blob");
+  if (!path && !blob) return false;
+  if (path && blob) {
+    fields.value().error("An environment's map comes from \"path\" or from \"blob\", and not from both.");
+    return true;
+  }
+  const JsonCursor& where = path ? *path : *blob;
+  const auto found = find_file(path, blob, files_, stop_);
+  if (!found) return true;
+  const auto imported = import_environment(found->file.path, found->name, builder_.bytes_left(), stop_);
+  if (path && !is_unchanged(found->file, stop_)) {
+    where.error(kChanged);
+  } else if (!imported) {
+    if (imported.problem().code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();
+    where.error(imported.problem().detail);
+  } else if (builder_.take((*imported)->texels.size() * sizeof(Rgb), where)) {
+    map = *imported;
+    identities_[fields.value().index()] = &environments_.emplace_back(FileIdentity{found->file.hash, {}, {}});
+  }
+  return true;
 }
 
 std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
@@ -138,7 +181,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   };
   Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion, stop_);
   if (!std::ranges::all_of(assets, [&](const SourceFile& file) { return is_unchanged(file, stop_); })) {
-    reference.where.error("The file changed while it was read; send the scene again.");
+    reference.where.error(kChanged);
     return std::nullopt;
   }
   if (!imported) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -40,9 +42,16 @@ class FileLoader {
   /// Reads the fields of a file object and finds the file; nothing, with errors, when that fails.
   std::optional<FileReference> find(JsonFields& fields) const;
 
+  /// Reads the fields that name an environment's map, and the map itself, into `map`. Whether they name one; it stays
+  /// null, with errors, when it can't be had.
+  bool find_environment(JsonFields& fields, std::shared_ptr<const EnvironmentMap>& map);
+
   /// Imports the file into the scene, or gives what an earlier call made of it. Nothing when it is broken or goes
   /// beyond a limit: the errors are said on the first call. Lives as long as the loader.
   const LoadedFile* load(const FileReference& reference);
+
+  /// Of all files that are in the scene. Lives as long as the loader.
+  const FileIdentities& identities() const { return identities_; }
 
  private:
   std::optional<LoadedFile> import(const FileReference& reference);
@@ -51,6 +60,8 @@ class FileLoader {
   SceneBuilder& builder_;
   const std::stop_token stop_;
   std::map<std::string, std::optional<LoadedFile>> loaded_;
+  std::deque<FileIdentity> environments_;  // whose places don't move
+  FileIdentities identities_;
 };
 
 }  // namespace tessera::proto

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "proto/names.h"
-#include "proto/read_accel.h"
+#include "core/plan/features.h"
 #include "proto/read_camera.h"
+#include "proto/read_settings.h"
 #include "proto/read_values.h"
 #include "proto/scene_parser.h"
 
@@ -13,9 +13,6 @@ namespace tessera::proto {
 namespace {
 
 constexpr std::uint32_t kLargest32 = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t kLargest64 = std::numeric_limits<std::uint64_t>::max();
-constexpr std::uint32_t kLargestTile = 16384;
-constexpr std::uint32_t kLargestDepth = 64;
 constexpr std::size_t kLongestName = 200;
 
 void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
@@ -30,48 +27,13 @@ void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
   }
 }
 
-void read_tile_size(JsonCursor value, JobRequest& job) {
-  if (value.is_number()) {
-    read(value, job.settings.tile_size, 1, kLargestTile);
-  } else if (value.kind() == JsonKind::string && value.string() == "whole") {
-    job.is_one_tile = true;
-  } else if (value.kind() != JsonKind::string || value.string() != "auto") {
-    value.expected("\"auto\", \"whole\" or an integer from 1 to " + std::to_string(kLargestTile));
-  }
-}
-
-void read_aovs(JsonCursor value, Settings& settings) {
-  if (value.kind() != JsonKind::array) {
-    value.expected("an array of names");
-    return;
-  }
-  for (const JsonCursor& element : value.elements()) {
-    Aov aov{};
-    const bool known = read(element, aov, aov_names());
-    if (known && !settings.aovs.insert(aov).second) element.error("Named twice; keep one.");
-  }
-}
-
-void read_settings(JsonCursor value, JobRequest& job) {
-  Settings& settings = job.settings;
-  JsonFields fields(value, "settings");
-  read(fields.optional("samples"), settings.samples, 1, kLargest32);
-  read(fields.optional("jitter"), settings.jitter);
-  if (const auto depth = fields.optional("max_depth")) read(depth, settings.max_depth.emplace(), 1, kLargestDepth);
-  read(fields.optional("seed"), settings.seed, 0, kLargest64);
-  if (const auto accel = fields.optional("accel")) read_accel(*accel, settings.accel);
-  read(fields.optional("screen_bounds"), settings.screen_bounds, screen_bounds_names());
-  if (const auto tile_size = fields.optional("tile_size")) read_tile_size(*tile_size, job);
-  if (const auto aovs = fields.optional("aovs")) read_aovs(*aovs, settings);
-  read(fields.optional("count_tests"), settings.count_tests);
-  fields.refuse_unknown();
-}
-
 /// Settles what depends on the image's size.
 void fit_to_image(JobRequest& job, const Limits& limits, FieldErrors& errors) {
   Settings& settings = job.settings;
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   if (pixels > limits.max_pixels) return;  // Said already.
+  if (job.samples_to_the_limit)
+    settings.samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(kLargest32, limits.max_samples / pixels));
   if (settings.samples > limits.max_samples / pixels) {
     errors.add("/settings/samples", "At most " + std::to_string(limits.max_samples / pixels) +
                                         " samples per pixel are allowed for an image of " + std::to_string(pixels) +
@@ -91,6 +53,26 @@ void take_size(const Scene& scene, JobRequest& job) {
   if (job.has_image || !scene.image) return;
   job.settings.width = scene.image->width;
   job.settings.height = scene.image->height;
+}
+
+/// What only the scene tells of which integrator takes it, and of which settings that one reads.
+void check_integrator(const Scene& scene, const Settings& settings, FieldErrors& errors) {
+  const Features features = features_of(scene);
+  const IntegratorKind chosen = chosen_integrator(settings.integrator, features);
+  constexpr const char* kPlace = "/settings/integrator";
+  if (chosen == IntegratorKind::whitted && !features.only_whitted) {
+    errors.add(kPlace,
+               "The scene has materials or lights that \"whitted\" doesn't know: what emits, has an alpha below 1, is "
+               "rough or a metal, spots, suns or environments. Take \"path\" or \"auto\".");
+  }
+  if ((chosen == IntegratorKind::path || chosen == IntegratorKind::direct) && !features.only_physical) {
+    errors.add(kPlace,
+               std::string("The scene has an ambient light or one without falloff, which have a meaning for "
+                           "\"whitted\" alone") +
+                   (features.only_whitted ? "; take that, or take the light out."
+                                          : ", and something that \"whitted\" doesn't know; take the light out."));
+  }
+  if (settings.integrator == IntegratorKind::automatic) refuse_unread(chosen, settings, errors);
 }
 
 }  // namespace
@@ -114,20 +96,25 @@ std::optional<JobRequest> read_job(const JsonCursor& document, const FileSource&
   job.has_image = image.has_value();
   if (image) read_image(*image, job.settings, limits);
   if (const auto settings = fields.optional("settings")) read_settings(*settings, job);
+  if (job.settings.integrator != IntegratorKind::automatic)
+    refuse_unread(job.settings.integrator, job.settings, document.errors());
   read(fields.optional("name"), job.name, kLongestName);
   read_schema_name(fields.optional("$schema"));
   fields.refuse_unknown();
-  if (const auto* inline_scene = std::get_if<ParsedScene>(&job.scene); inline_scene && inline_scene->scene)
+  if (const auto* inline_scene = std::get_if<ParsedScene>(&job.scene); inline_scene && inline_scene->scene) {
     take_size(*inline_scene->scene, job);
-  // The size that a scene has of its own isn't known yet where it is named by its hash: `take_image` looks then.
+    check_integrator(*inline_scene->scene, job.settings, document.errors());
+  }
+  // The size that a scene has of its own isn't known yet where it is named by its hash: `fit_to_scene` looks then.
   if (job.has_image || std::holds_alternative<ParsedScene>(job.scene)) fit_to_image(job, limits, document.errors());
   if (!document.errors().empty()) return std::nullopt;
   return job;
 }
 
-std::optional<Problem> take_image(const Scene& scene, const Limits& limits, JobRequest& job) {
+std::optional<Problem> fit_to_scene(const Scene& scene, const Limits& limits, JobRequest& job) {
   take_size(scene, job);
   FieldErrors errors;
+  check_integrator(scene, job.settings, errors);
   fit_to_image(job, limits, errors);
   if (errors.empty()) return std::nullopt;
   return std::move(errors).as_problem("job document");

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/choice.h"
 #include "proto/json_document.h"
+#include "proto/wire/choice.h"
 
 namespace tessera::proto {
 

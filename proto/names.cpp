@@ -21,9 +21,26 @@ std::span<const Choice<Aov>> aov_names() {
   return table;
 }
 
-std::span<const Choice<FileFormat>> file_format_names() {
-  static constexpr Choice<FileFormat> table[] = {
-      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}};
+std::span<const Choice<IntegratorKind>> integrator_names() {
+  static constexpr Choice<IntegratorKind> table[] = {{"auto", IntegratorKind::automatic},
+                                                     {"whitted", IntegratorKind::whitted},
+                                                     {"direct", IntegratorKind::direct},
+                                                     {"ambient_occlusion", IntegratorKind::ambient_occlusion},
+                                                     {"path", IntegratorKind::path}};
+  return table;
+}
+
+std::span<const Choice<SamplerKind>> sampler_names() {
+  static constexpr Choice<SamplerKind> table[] = {{"auto", SamplerKind::automatic},
+                                                  {"grid", SamplerKind::grid},
+                                                  {"independent", SamplerKind::independent},
+                                                  {"sobol", SamplerKind::sobol}};
+  return table;
+}
+
+std::span<const Choice<FilterKind>> filter_names() {
+  static constexpr Choice<FilterKind> table[] = {
+      {"box", FilterKind::box}, {"gaussian", FilterKind::gaussian}, {"blackman_harris", FilterKind::blackman_harris}};
   return table;
 }
 

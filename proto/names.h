@@ -3,8 +3,7 @@
 #include <span>
 
 #include "core/scene/settings.h"
-#include "proto/choice.h"
-#include "proto/import/import.h"
+#include "proto/wire/choice.h"
 
 namespace tessera::proto {
 
@@ -12,6 +11,8 @@ namespace tessera::proto {
 // options stand in core/accel/accel_table.h.
 std::span<const Choice<ScreenBounds>> screen_bounds_names();
 std::span<const Choice<Aov>> aov_names();
-std::span<const Choice<FileFormat>> file_format_names();
+std::span<const Choice<IntegratorKind>> integrator_names();
+std::span<const Choice<SamplerKind>> sampler_names();
+std::span<const Choice<FilterKind>> filter_names();
 
 }  // namespace tessera::proto

@@ -10,8 +10,8 @@
 
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
-#include "proto/abandoned.h"
 #include "proto/file_source.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/result.h"
 
 namespace tessera::proto {
@@ -37,8 +37,9 @@ struct JobRequest {
   std::variant<ContentHash, ParsedScene> scene;
   std::optional<Camera> camera;
   Settings settings;
-  bool has_image = false;    ///< Whether `settings` has the size from the job's `image`.
-  bool is_one_tile = false;  ///< `settings.tile_size` is to span the image, whatever its size.
+  bool has_image = false;             ///< Whether `settings` has the size from the job's `image`.
+  bool is_one_tile = false;           ///< `settings.tile_size` is to span the image, whatever its size.
+  bool samples_to_the_limit = false;  ///< `settings.samples` is to be what `Limits` allow, whatever the size.
   std::string name;
 };
 
@@ -54,8 +55,9 @@ Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files,
 Result<JobRequest> parse_job(std::string_view bytes, const FileSource& files, const Limits& limits,
                              std::stop_token stop = {});
 
-/// Gives a job without an `image` the size that its scene asks for, if it does. The problem, with pointers, when the
-/// job's settings go beyond `limits` with it. `parse_job` has done it for an inline scene.
-std::optional<Problem> take_image(const Scene& scene, const Limits& limits, JobRequest& job);
+/// What can be settled only where scene and job meet; `parse_job` has done it for an inline scene. Gives a job without
+/// an `image` the size that its scene asks for, if it does. The problem, with pointers, when the job's settings go
+/// beyond `limits` with it, or don't suit the scene.
+std::optional<Problem> fit_to_scene(const Scene& scene, const Limits& limits, JobRequest& job);
 
 }  // namespace tessera::proto

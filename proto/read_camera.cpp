@@ -13,6 +13,11 @@ enum class CameraType { perspective, orthographic };
 constexpr NumberRange kFieldOfView{0, 180, true, "an angle in degrees, greater than 0 and less than 180"};
 constexpr float kDefaultFieldOfView = 45;
 
+constexpr NumberRange kFocusDistance{0, 1e18F, true,
+                                     "a distance in front of the camera, greater than 0 and less than 1e18"};
+constexpr NumberRange kFocalLength{1e-6F, 1e9F, false, "a number of pixels from 1e-6 to 1e9"};
+constexpr NumberRange kPixel{-1e9F, 1e9F, false, "a number of pixels from -1e9 to 1e9"};
+
 // The sine of the angle between view and up below which "up" says too little about the picture's upright.
 constexpr double kSmallestSine = 1e-6;
 
@@ -59,6 +64,80 @@ bool read_view(JsonFields& fields, View& view) {
   return true;
 }
 
+/// Fields that say nothing of a camera that the server places, and words for why.
+bool refuse_unplaced(const std::optional<JsonCursor>& field, std::string_view name) {
+  return !field ||
+         field->error(in_quotes(name) +
+                      " goes with a camera that has a place; give it \"from\" and \"at\", or leave this out.");
+}
+
+/// What lies nearer or farther along the camera's axis isn't seen.
+bool read_clipping(JsonFields& fields, bool is_placed, Clipping& clipping) {
+  const auto near = fields.optional("near"), far = fields.optional("far");
+  if (!is_placed) {
+    const bool has_no_near = refuse_unplaced(near, "near");
+    return refuse_unplaced(far, "far") && has_no_near;
+  }
+  bool good = read(near, clipping.near, kNotNegative);
+  good &= read(far, clipping.far, kPositive);
+  if (!good || clipping.near < clipping.far) return good;
+  return far->error("\"far\" must be greater than \"near\", or nothing is seen between them.");
+}
+
+bool read_lens(JsonCursor value, Lens& lens) {
+  JsonFields fields(value, "a lens");
+  bool good = read(fields.required("radius"), lens.radius, kNotNegative);
+  good &= read(fields.required("focus_distance"), lens.focus_distance, kFocusDistance);
+  fields.refuse_unknown();
+  return good;
+}
+
+bool read_intrinsics(JsonCursor value, std::optional<Intrinsics>& out) {
+  JsonFields fields(value, "intrinsics");
+  Intrinsics intrinsics{};
+  bool good = read(fields.required("fx"), intrinsics.fx, kFocalLength);
+  good &= read(fields.required("fy"), intrinsics.fy, kFocalLength);
+  good &= read(fields.required("cx"), intrinsics.cx, kPixel);
+  good &= read(fields.required("cy"), intrinsics.cy, kPixel);
+  fields.refuse_unknown();
+  if (good) out = intrinsics;
+  return good;
+}
+
+bool read_field_of_view(JsonFields& fields, PerspectiveCamera& camera) {
+  float degrees = kDefaultFieldOfView;
+  const auto fov = fields.optional("fov"), intrinsics = fields.optional("intrinsics");
+  if (fov && intrinsics) return fov->error("\"intrinsics\" tell the field of view; leave \"fov\" out.");
+  if (!read(fov, degrees, kFieldOfView)) return false;
+  camera.vertical_fov = radians(degrees);
+  if (!(camera.vertical_fov < std::numbers::pi)) return fov->expected(kFieldOfView.words);  // rounded up to π
+  if (!camera.view.is_placed) return refuse_unplaced(intrinsics, "intrinsics");
+  return !intrinsics || read_intrinsics(*intrinsics, camera.intrinsics);
+}
+
+std::optional<Camera> read_perspective(JsonFields& fields) {
+  fields.call("a perspective camera");
+  PerspectiveCamera camera;
+  bool good = read_view(fields, camera.view);
+  good &= read_field_of_view(fields, camera);
+  const auto lens = fields.optional("lens");
+  if (lens) good &= camera.view.is_placed ? read_lens(*lens, camera.lens) : refuse_unplaced(lens, "lens");
+  good &= read_clipping(fields, camera.view.is_placed, camera.clipping);
+  return good ? std::optional<Camera>(camera) : std::nullopt;
+}
+
+std::optional<Camera> read_orthographic(JsonFields& fields) {
+  fields.call("an orthographic camera");
+  OrthographicCamera camera;
+  bool good = read_view(fields, camera.view);
+  if (camera.view.is_placed) {
+    const auto height = fields.required("height");
+    good &= height && read(height, camera.height, kPositive);
+  }
+  good &= read_clipping(fields, camera.view.is_placed, camera.clipping);
+  return good ? std::optional<Camera>(camera) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Camera> read_camera(JsonCursor value) {
@@ -70,29 +149,7 @@ std::optional<Camera> read_camera(JsonCursor value) {
                         {{"perspective", CameraType::perspective}, {"orthographic", CameraType::orthographic}})) {
     return std::nullopt;
   }
-  View view;
-  std::optional<Camera> camera;
-  bool good = false;
-  if (type == CameraType::perspective) {
-    fields.call("a perspective camera");
-    good = read_view(fields, view);
-    float degrees = kDefaultFieldOfView;
-    const auto fov = fields.optional("fov");
-    good &= read(fov, degrees, kFieldOfView);
-    const auto radians = static_cast<float>(degrees * std::numbers::pi / 180);
-    if (good && !(radians < std::numbers::pi)) good = fov->expected(kFieldOfView.words);  // rounded up to π
-    if (good) camera = PerspectiveCamera{view, radians};
-  } else {
-    fields.call("an orthographic camera");
-    good = read_view(fields, view);
-    OrthographicCamera orthographic;
-    if (view.is_placed) {
-      const auto height = fields.required("height");
-      good &= height && read(height, orthographic.height, kPositive);
-    }
-    orthographic.view = view;
-    if (good) camera = orthographic;
-  }
+  auto camera = type == CameraType::perspective ? read_perspective(fields) : read_orthographic(fields);
   fields.refuse_unknown();
   return camera;
 }

@@ -1,11 +1,13 @@
 #pragma once
 
 #include "core/scene/light.h"
+#include "proto/file_loader.h"
 #include "proto/json_cursor.h"
 
 namespace tessera::proto {
 
-/// A light, by the rules of the readers in json_cursor.h; nothing when its type is unknown.
-std::optional<Light> read_light(JsonCursor value);
+/// A light, by the rules of the readers in json_cursor.h; nothing when its type is unknown. An environment's map comes
+/// from `files`. Degrees on the wire.
+std::optional<Light> read_light(JsonCursor value, FileLoader& files);
 
 }  // namespace tessera::proto

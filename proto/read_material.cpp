@@ -1,60 +1,121 @@
 #include "proto/read_material.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 #include "proto/read_values.h"
 
 namespace tessera::proto {
 namespace {
 
-enum class MaterialType { diffuse, phong, mirror, dielectric, whitted };
+enum class MaterialType { diffuse, phong, mirror, whitted, dielectric, conductor, metallic_roughness };
 
 constexpr Rgb kBlack{};
+constexpr NumberRange kIor{1e-3F, 1e3F, false, "a number from 0.001 to 1000"};
+constexpr NumberRange kAbsorption{0, 1e3F, false, "a number from 0 to 1000"};
+
+struct ComplexIor {
+  Rgb eta, k;
+};
+
+/// Measured spectra (SOPRA's tables), weighed into linear Rec. 709.
+const std::initializer_list<Choice<ComplexIor>> kMetals{
+    {"aluminium", {{1.657F, 0.8804F, 0.5212F}, {9.224F, 6.270F, 4.837F}}},
+    {"chromium", {{4.370F, 2.917F, 1.655F}, {5.206F, 4.231F, 3.755F}}},
+    {"copper", {{0.2004F, 0.9240F, 1.102F}, {3.913F, 2.453F, 2.142F}}},
+    {"gold", {{0.1431F, 0.3750F, 1.442F}, {3.983F, 2.386F, 1.603F}}},
+    {"silver", {{0.1553F, 0.1167F, 0.1384F}, {4.828F, 3.122F, 2.147F}}},
+};
 
 Surface read_diffuse(JsonFields& fields) {
   fields.call("a diffuse material");
-  Diffuse diffuse;
-  read_color(fields.required("color"), diffuse.color, kFraction);
-  return diffuse;
+  Diffuse surface;
+  read_color(fields.required("color"), surface.color, kFraction);
+  return surface;
 }
 
 Surface read_phong(JsonFields& fields) {
   fields.call("a phong material");
-  WhittedSurface material;
-  read_color(fields.required("diffuse"), material.diffuse, kFraction);
-  read_color(fields.required("specular"), material.specular, kFraction);
-  read(fields.required("shininess"), material.shininess, kNotNegative);
-  return material;
+  WhittedSurface surface;
+  read_color(fields.required("diffuse"), surface.diffuse, kFraction);
+  read_color(fields.required("specular"), surface.specular, kFraction);
+  read(fields.required("shininess"), surface.shininess, kNotNegative);
+  return surface;
 }
 
 Surface read_mirror(JsonFields& fields) {
   fields.call("a mirror material");
-  WhittedSurface material;
-  material.diffuse = kBlack;
-  read_color(fields.required("color"), material.reflect, kFraction);
-  return material;
-}
-
-Surface read_dielectric(JsonFields& fields) {
-  fields.call("a dielectric material");
-  Dielectric glass;
-  read(fields.required("ior"), glass.ior, kPositive);
-  read_color(fields.optional("color"), glass.color, kFraction);
-  return glass;
+  WhittedSurface surface;
+  surface.diffuse = kBlack;
+  read_color(fields.required("color"), surface.reflect, kFraction);
+  return surface;
 }
 
 Surface read_whitted(JsonFields& fields) {
   fields.call("a whitted material");
-  WhittedSurface material;
-  read_color(fields.optional("diffuse"), material.diffuse, kFraction);
-  read_color(fields.optional("specular"), material.specular, kFraction);
-  read(fields.optional("shininess"), material.shininess, kNotNegative);
-  read_color(fields.optional("reflect"), material.reflect, kFraction);
-  read_color(fields.optional("transmit"), material.transmit, kFraction);
-  read(fields.optional("ior"), material.ior, kPositive);
-  read(fields.optional("fresnel"), material.fresnel);
-  return material;
+  WhittedSurface surface;
+  read_color(fields.optional("diffuse"), surface.diffuse, kFraction);
+  read_color(fields.optional("specular"), surface.specular, kFraction);
+  read(fields.optional("shininess"), surface.shininess, kNotNegative);
+  read_color(fields.optional("reflect"), surface.reflect, kFraction);
+  read_color(fields.optional("transmit"), surface.transmit, kFraction);
+  read(fields.optional("ior"), surface.ior, kPositive);
+  read(fields.optional("fresnel"), surface.fresnel);
+  return surface;
 }
 
-Surface read_fields(MaterialType type, JsonFields& fields) {
+Surface read_dielectric(JsonFields& fields) {
+  fields.call("a dielectric material");
+  Dielectric surface;
+  read(fields.required("ior"), surface.ior, kIor);
+  read(fields.optional("roughness"), surface.roughness, kFraction);
+  read_color(fields.optional("color"), surface.color, kFraction);
+  return surface;
+}
+
+/// The absorption with which a conductor of eta 1 reflects that much at normal incidence (pbrt-v4). The whole can't be.
+float absorption_of(float reflectance) {
+  const float r = std::min(reflectance, 0.9999F);
+  return 2 * std::sqrt(r) / std::sqrt(1 - r);
+}
+
+Surface read_conductor(JsonFields& fields) {
+  fields.call("a conductor");
+  const auto eta = fields.optional("eta"), k = fields.optional("k"), color = fields.optional("color"),
+             metal = fields.optional("metal");
+  ComplexIor ior{{1, 1, 1}, {1, 1, 1}};
+  const int ways = (eta || k ? 1 : 0) + (color ? 1 : 0) + (metal ? 1 : 0);
+  if (ways != 1 || eta.has_value() != k.has_value()) {
+    fields.value().error(
+        "A conductor needs \"metal\", or \"color\" (what it reflects at normal incidence), or both of \"eta\" and "
+        "\"k\" "
+        "(its complex index of refraction), and only one of these ways.");
+  } else if (eta) {
+    read_color(eta, ior.eta, kIor);
+    read_color(k, ior.k, kAbsorption);
+  } else if (color) {
+    Rgb f0{};
+    read_color(color, f0, kFraction);
+    ior.k = {absorption_of(f0.r), absorption_of(f0.g), absorption_of(f0.b)};
+  } else {
+    read(metal, ior, kMetals);
+  }
+  Conductor surface{ior.eta, ior.k};
+  read(fields.optional("roughness"), surface.roughness, kFraction);
+  return surface;
+}
+
+Surface read_metallic_roughness(JsonFields& fields) {
+  fields.call("a metallic_roughness material");
+  MetallicRoughness surface;
+  read_color(fields.optional("base_color"), surface.base_color, kFraction);
+  read(fields.optional("metallic"), surface.metallic, kFraction);
+  read(fields.optional("roughness"), surface.roughness, kFraction);
+  return surface;
+}
+
+Surface read_surface(MaterialType type, JsonFields& fields) {
   switch (type) {
     case MaterialType::diffuse:
       return read_diffuse(fields);
@@ -62,12 +123,25 @@ Surface read_fields(MaterialType type, JsonFields& fields) {
       return read_phong(fields);
     case MaterialType::mirror:
       return read_mirror(fields);
-    case MaterialType::dielectric:
-      return read_dielectric(fields);
     case MaterialType::whitted:
       return read_whitted(fields);
+    case MaterialType::dielectric:
+      return read_dielectric(fields);
+    case MaterialType::conductor:
+      return read_conductor(fields);
+    case MaterialType::metallic_roughness:
+      return read_metallic_roughness(fields);
   }
   return {};
+}
+
+/// What any material may have beside its surface.
+void read_common(JsonFields& fields, Material& material) {
+  const auto emission = fields.optional("emission"), emits = fields.optional("emits");
+  read_color(emission, material.emission, kNotNegative);
+  read<bool>(emits, material.emits_both_sides, {{"front", false}, {"both", true}});
+  if (emits && !emission) emits->error("\"emits\" says where \"emission\" goes, and there is none; add it.");
+  read(fields.optional("alpha"), material.alpha, kFraction);
 }
 
 }  // namespace
@@ -81,10 +155,14 @@ std::optional<Material> read_material(JsonCursor value) {
                                           {"phong", MaterialType::phong},
                                           {"mirror", MaterialType::mirror},
                                           {"dielectric", MaterialType::dielectric},
-                                          {"whitted", MaterialType::whitted}})) {
+                                          {"whitted", MaterialType::whitted},
+                                          {"conductor", MaterialType::conductor},
+                                          {"metallic_roughness", MaterialType::metallic_roughness}})) {
     return std::nullopt;
   }
-  const Material material{read_fields(type, fields)};
+  Material material;
+  material.surface = read_surface(type, fields);
+  read_common(fields, material);
   fields.refuse_unknown();
   return material;
 }

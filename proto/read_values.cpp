@@ -1,5 +1,7 @@
 #include "proto/read_values.h"
 
+#include <numbers>
+
 #include "core/geometry/triangle_mesh.h"
 
 namespace tessera::proto {
@@ -23,6 +25,8 @@ bool read_color(std::optional<JsonCursor> value, Rgb& out, const NumberRange& ra
   out = {numbers.x, numbers.y, numbers.z};
   return true;
 }
+
+float radians(float degrees) { return static_cast<float>(degrees * std::numbers::pi / 180); }
 
 bool read_schema_name(std::optional<JsonCursor> value) {
   return !value || value->kind() == JsonKind::string || value->expected("the URI of a schema, as a string");

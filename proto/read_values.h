@@ -13,6 +13,9 @@ extern const NumberRange kCoordinate;
 bool read(std::optional<JsonCursor> value, Vec3& out, const NumberRange& range);
 bool read_color(std::optional<JsonCursor> value, Rgb& out, const NumberRange& range);
 
+/// Degrees on the wire, radians in core: rounded once.
+float radians(float degrees);
+
 /// The name of a schema that editors find at the top of a document, and that says nothing to us: any string.
 bool read_schema_name(std::optional<JsonCursor> value);
 

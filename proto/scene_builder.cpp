@@ -1,10 +1,13 @@
 #include "proto/scene_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <variant>
 
 #include "core/math/float_environment.h"
+#include "core/math/orientation.h"
+#include "core/plan/features.h"
 
 namespace tessera::proto {
 namespace {
@@ -18,12 +21,25 @@ std::uint64_t shape_bytes(const Shape& shape) {
          mesh->triangles.size() * sizeof(TriangleIndices);
 }
 
-Rgb brightness(const PointLight& light) { return light.intensity; }
-Rgb brightness(const DirectionalLight& light) { return light.irradiance; }
-Rgb brightness(const AmbientLight& light) { return light.radiance; }
-Rgb brightness(const SpotLight& light) { return light.intensity; }
-Rgb brightness(const SunLight& light) { return light.irradiance; }
-Rgb brightness(const EnvironmentLight& light) { return light.radiance; }
+bool is_dark(const PointLight& light) { return light.intensity.is_black(); }
+bool is_dark(const DirectionalLight& light) { return light.irradiance.is_black(); }
+bool is_dark(const AmbientLight& light) { return light.radiance.is_black(); }
+bool is_dark(const SpotLight& light) { return light.intensity.is_black(); }
+bool is_dark(const SunLight& light) { return light.irradiance.is_black(); }
+bool is_dark(const EnvironmentLight& light) { return is_black(light); }
+
+bool is_line(const std::array<Vec3, 3>& corners) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (orientation_along(axis, corners[0], corners[1], corners[2]) != 0) return false;
+  return true;
+}
+
+bool has_area(const Shape& shape) {
+  const auto* mesh = std::get_if<TriangleMesh>(&shape);
+  return mesh == nullptr || std::ranges::any_of(mesh->triangles, [&](const TriangleIndices& t) {
+           return !is_line({mesh->positions[t[0]], mesh->positions[t[1]], mesh->positions[t[2]]});
+         });
+}
 
 void drop_unplaced_shapes(Scene& scene) {
   std::vector<std::uint32_t> moved_to(scene.shapes.size(), kUnused);
@@ -59,6 +75,7 @@ std::optional<std::uint32_t> SceneBuilder::add_shape(Shape shape, const JsonCurs
   if (primitive_count(shape) == 0) warn(where, "The mesh has no triangles, so nothing of it is seen.");
   const StrictFloats strict;  // images depend on the bounds
   scene_.shape_bounds.push_back(bounds(shape));
+  shape_has_area_.push_back(proto::has_area(shape));
   scene_.shapes.push_back(std::move(shape));
   return static_cast<std::uint32_t>(scene_.shapes.size() - 1);
 }
@@ -82,17 +99,16 @@ bool SceneBuilder::add_object(const Object& object, const JsonCursor& where) {
   return true;
 }
 
+bool SceneBuilder::has_area(std::uint32_t shape) const { return shape_has_area_[shape]; }
+
 bool SceneBuilder::is_dark() const {
-  const auto is_black = [](const Light& light) {
-    return std::visit([](const auto& l) { return brightness(l).is_black(); }, light);
+  const Features features = features_of(scene_);
+  const bool shows_background = !features.only_whitted || features.reflection || features.refraction;
+  const auto is_light_dark = [](const Light& light) {
+    return std::visit([](const auto& l) { return proto::is_dark(l); }, light);
   };
-  const auto shows_more = [&](const Object& object) {
-    const Material& material = scene_.materials[object.material];
-    const auto surface = whitted_surface(material.surface);
-    return !material.emission.is_black() || !surface || !surface->reflect.is_black() || !surface->transmit.is_black();
-  };
-  return !scene_.objects.empty() && std::ranges::all_of(scene_.lights, is_black) &&
-         (scene_.background.is_black() || std::ranges::none_of(scene_.objects, shows_more));
+  return !scene_.objects.empty() && !features.emitters && std::ranges::all_of(scene_.lights, is_light_dark) &&
+         (scene_.background.is_black() || !shows_background);
 }
 
 void SceneBuilder::warn(const JsonCursor& where, std::string detail) {

@@ -29,6 +29,8 @@ class SceneBuilder {
   /// The grey of objects that name no material.
   std::uint32_t default_material();
 
+  bool emits(std::uint32_t material) const { return !scene_.materials[material].emission.is_black(); }
+
   std::optional<std::uint32_t> add_shape(Shape shape, const JsonCursor& where);
   bool add_object(const Object& object, const JsonCursor& where);
 
@@ -39,11 +41,18 @@ class SceneBuilder {
   /// Bytes that shapes and objects may still take.
   std::uint64_t bytes_left() const { return limits_.max_scene_bytes - bytes_; }
 
+  /// Counts what else the scene takes of them.
+  bool take(std::uint64_t bytes, const JsonCursor& where);
+
   /// The parts of the scene that no limit holds.
   std::vector<Light>& lights() { return scene_.lights; }
   Rgb& background() { return scene_.background; }
   std::optional<Camera>& camera() { return scene_.camera; }
   std::optional<ImageSize>& image() { return scene_.image; }
+
+  /// Whether anything of a shape can be seen, or send light: not of a mesh without triangles, or whose triangles are
+  /// lines.
+  bool has_area(std::uint32_t shape) const;
 
   /// Whether there are objects, but no light and no background that isn't black.
   bool is_dark() const;
@@ -54,12 +63,12 @@ class SceneBuilder {
   static constexpr std::size_t kMaxWarnings = 100;
 
  private:
-  bool take(std::uint64_t bytes, const JsonCursor& where);
   bool stays_within_coordinates(const Object& object) const;
 
   JsonCursor document_;
   const Limits& limits_;
   Scene scene_;
+  std::vector<bool> shape_has_area_;
   std::optional<std::uint32_t> default_material_;
   std::uint64_t bytes_ = 0, primitives_ = 0, warnings_left_out_ = 0;
 };

@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/names.h"
-
 namespace tessera::proto {
 namespace {
 
@@ -91,7 +89,7 @@ class CanonicalDump {
 
   void identity(const FileIdentity& file) {
     string(file.content);
-    string(name_of(file_format_names(), file.format));
+    if (file.format) string(name_of(file_format_names(), *file.format));
     for (const auto& [name, content] : file.companions) {
       string(name);
       string(content);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
@@ -10,10 +11,10 @@
 
 namespace tessera::proto {
 
-/// What a file reference comes to: the contents that made the shapes, wherever they lay.
+/// What a file reference comes to: the contents that made the shapes, or the map, wherever they lay.
 struct FileIdentity {
   ContentHash content;
-  FileFormat format{};
+  std::optional<FileFormat> format;               ///< None for an environment's map, which says itself what it is.
   std::map<std::string, ContentHash> companions;  ///< Those that the file asked for and got.
 };
 

@@ -89,7 +89,8 @@ class SceneParser {
     if (!errors_.empty()) return std::nullopt;
     warn_of_unplaced_geometries();
     warn_of_darkness(lights.value_or(document_));
-    return ParsedScene{std::make_shared<const Scene>(std::move(builder_).finish()), scene_hash(document_, identities_)};
+    return ParsedScene{std::make_shared<const Scene>(std::move(builder_).finish()),
+                       scene_hash(document_, loader_.identities())};
   }
 
  private:
@@ -118,7 +119,11 @@ class SceneParser {
     }
     for (const JsonCursor& value : section->elements()) {
       if (errors_.full()) return;
-      if (const auto light = read_light(value)) builder_.lights().push_back(*light);
+      const auto light = read_light(value, loader_);
+      if (!light) continue;
+      if (std::holds_alternative<EnvironmentLight>(*light) && std::exchange(has_environment_, true))
+        value.error("The scene has an environment already, and there is only one all around; keep one.");
+      builder_.lights().push_back(*light);
     }
   }
 
@@ -150,7 +155,7 @@ class SceneParser {
       if (reference->format == FileFormat::nff) {
         fields.optional("format").value_or(value).error(
             "An NFF file brings its own lights and camera, so it can't be a geometry; place it in \"objects\".");
-      } else if (const LoadedFile* file = load(*reference)) {
+      } else if (const LoadedFile* file = loader_.load(*reference)) {
         parts = file->parts;
       }
     }
@@ -190,7 +195,7 @@ class SceneParser {
     } else if (const auto reference = loader_.find(fields)) {
       if (reference->format == FileFormat::nff) {
         read_nff(*reference, material_field, transform_field);
-      } else if (const LoadedFile* file = load(*reference)) {
+      } else if (const LoadedFile* file = loader_.load(*reference)) {
         place(file->parts, material, placement, value);
       }
     }
@@ -206,7 +211,7 @@ class SceneParser {
     if (has_nff_) reference.where.error(std::string(kWhy) + "a scene takes only one.");
     if (material || transform || has_nff_) return;
     has_nff_ = true;
-    const LoadedFile* file = load(reference);
+    const LoadedFile* file = loader_.load(reference);
     if (file == nullptr) return;
     place(file->parts, nullptr, std::nullopt, reference.where);
     auto& lights = builder_.lights();
@@ -227,12 +232,6 @@ class SceneParser {
                                          std::to_string(limits_.max_pixels) +
                                          " are allowed, so it doesn't size the image.");
     }
-  }
-
-  const LoadedFile* load(const FileReference& reference) {
-    const LoadedFile* file = loader_.load(reference);
-    if (file != nullptr) identities_[reference.where.index()] = &file->identity;
-    return file;
   }
 
   std::optional<std::vector<ScenePart>> inline_part(ShapeType type, JsonFields& fields) {
@@ -260,6 +259,8 @@ class SceneParser {
         shown = part.material ? *part.material : builder_.default_material();
       }
       if (!builder_.add_object({part.shape, shown, placement}, where)) return;
+      if (builder_.emits(shown) && !builder_.has_area(part.shape))
+        builder_.warn(where, "The material emits, and the mesh has no area to send light from.");
     }
   }
 
@@ -278,11 +279,10 @@ class SceneParser {
   const Limits& limits_;
   SceneBuilder builder_;
   FileLoader loader_;
-  FileIdentities identities_;
   std::map<std::string_view, std::uint32_t> materials_;
   std::map<std::string_view, Geometry> geometries_;
   std::set<std::string_view> placed_;  // geometries
-  bool has_nff_ = false;
+  bool has_nff_ = false, has_environment_ = false;
 };
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,6 +35,12 @@ std::span<const PlaneEntry> plane_table() {
     rows.push_back({kAllPlanes, "all"});
     return rows;
   }();
+  return table;
+}
+
+std::span<const proto::Choice<ToneMap>> tone_map_names() {
+  static constexpr proto::Choice<ToneMap> table[] = {
+      {"none", ToneMap::none}, {"khronos_pbr_neutral", ToneMap::khronos_pbr_neutral}, {"aces", ToneMap::aces}};
   return table;
 }
 
@@ -94,6 +102,39 @@ JpegOptions read_jpeg(const Request& request, QueryErrors& errors) {
   return jpeg;
 }
 
+/// The number that a text is; nothing when it is none.
+std::optional<float> number(std::string_view text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || text.empty()) return std::nullopt;
+  return value;
+}
+
+Look read_look(const Request& request, QueryErrors& errors) {
+  Look look;
+  if (const auto text = request.query("exposure")) {
+    const auto stops = number(*text);
+    if (stops && std::abs(*stops) <= kMostStops)
+      look.exposure = *stops;
+    else
+      errors.add("exposure", "Give a number of stops from -64 to 64.");
+  }
+  if (const auto asked = request.query("tone_map")) {
+    const auto entry = std::ranges::find(tone_map_names(), *asked, &proto::Choice<ToneMap>::name);
+    if (entry != tone_map_names().end())
+      look.tone_map = entry->value;
+    else
+      errors.add("tone_map", "Give one of " + names_of(tone_map_names()) + ".");
+  }
+  return look;
+}
+
+Precision read_precision(const Request& request, QueryErrors& errors) {
+  const std::string_view asked = request.query("precision").value_or("float");
+  if (asked != "float" && asked != "half") errors.add("precision", "Give float or half.");
+  return asked == "half" ? Precision::half : Precision::single;
+}
+
 bool can_hold(ImageFormat format, Plane plane, const Settings& settings) {
   return tessera::can_hold(format, plane, settings.width, settings.height, settings.aovs);
 }
@@ -119,12 +160,20 @@ Result<FormatEntry> choose_format(const Request& request, const PlaneEntry& plan
                  {}};
 }
 
-/// What only JPEG has.
-void check_only_jpeg(const Request& request, const FormatEntry& format, QueryErrors& errors) {
-  if (format.format == ImageFormat::jpeg) return;
-  for (const char* name : {"quality", "subsampling"})
-    if (request.query(name))
-      errors.add(name, "Only JPEG has this, and the image comes as " + std::string(format.name) + "; add format=jpeg.");
+/// What only some formats have, or only the colour.
+void check_parameters(const Request& request, Plane plane, const FormatEntry& format, QueryErrors& errors) {
+  const std::string comes_as = ", and the image comes as " + std::string(format.name) + "; ";
+  const auto refuse = [&](std::initializer_list<const char*> names, const std::string& why) {
+    for (const char* name : names)
+      if (request.query(name)) errors.add(name, why);
+  };
+  if (format.format != ImageFormat::jpeg)
+    refuse({"quality", "subsampling"}, "Only JPEG has this" + comes_as + "add format=jpeg.");
+  if (format.format != ImageFormat::exr) refuse({"precision"}, "Only EXR has this" + comes_as + "add format=exr.");
+  if (plane != kColorPlane)
+    refuse({"exposure", "tone_map"}, "Only the colour has this; leave it or aov out.");
+  else if (limits_of(format.format).values != PixelValues::display)
+    refuse({"exposure", "tone_map"}, "Only PNG and JPEG have this" + comes_as + "add format=png.");
 }
 
 }  // namespace
@@ -142,7 +191,11 @@ Result<ImageChoice> choose_image(const Request& request, const Settings& setting
   const bool partial = read_partial(request, errors);
   const auto plane = read_plane(request, errors);
   check_format(request, errors);
-  const JpegOptions jpeg = read_jpeg(request, errors);
+  Encoding encoding;
+  encoding.jpeg = read_jpeg(request, errors);
+  encoding.look = read_look(request, errors);
+  encoding.precision = read_precision(request, errors);
+  encoding.transparent = settings.transparent;
   if (!errors.empty()) return std::move(errors).as_problem();
   if (plane->plane.aov && !settings.aovs.contains(*plane->plane.aov))
     return Problem{
@@ -151,9 +204,10 @@ Result<ImageChoice> choose_image(const Request& request, const Settings& setting
         {}};
   const auto format = choose_format(request, *plane, settings);
   if (!format) return format.problem();
-  check_only_jpeg(request, *format, errors);
+  check_parameters(request, plane->plane, *format, errors);
   if (!errors.empty()) return std::move(errors).as_problem();
-  return ImageChoice{plane->plane, *format, jpeg, partial};
+  encoding.format = format->format;
+  return ImageChoice{plane->plane, *format, encoding, partial};
 }
 
 }  // namespace tessera::server

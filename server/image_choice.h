@@ -7,6 +7,7 @@
 
 #include "core/io/image_io.h"
 #include "core/scene/settings.h"
+#include "proto/wire/choice.h"
 #include "proto/wire/result.h"
 #include "server/request.h"
 
@@ -27,10 +28,13 @@ struct PlaneEntry {
 };
 std::span<const PlaneEntry> plane_table();
 
+/// The values of `?tone_map=`.
+std::span<const proto::Choice<ToneMap>> tone_map_names();
+
 struct ImageChoice {
   Plane plane;
   FormatEntry format;
-  JpegOptions jpeg;
+  Encoding encoding;
   bool partial;
 };
 
@@ -38,10 +42,11 @@ struct ImageChoice {
 /// (image/png), ...". Empty when there are none.
 std::string able_formats(Plane plane, const Settings& settings);
 
-/// The image that a request asks for by `?aov=`, `?partial=`, `?format=` or else its Accept header, and for JPEG
-/// `?quality=` and `?subsampling=`, of a job that is rendered with these settings. Refusals: `malformed_request` for a
-/// value that means nothing, also with this format; `not_found` for an AOV that wasn't recorded; `not_acceptable` when
-/// no format that is accepted can hold the plane, or an image of this size.
+/// The image that a request asks for by `?aov=`, `?partial=`, `?format=` or else its Accept header, for JPEG
+/// `?quality=` and `?subsampling=`, for the colour of PNG and JPEG `?exposure=` and `?tone_map=`, and for EXR
+/// `?precision=`, of a job that is rendered with these settings. Refusals: `malformed_request` for a value that means
+/// nothing, also with this format; `not_found` for an AOV that wasn't recorded; `not_acceptable` when no format that is
+/// accepted can hold the plane, or an image of this size.
 proto::Result<ImageChoice> choose_image(const Request& request, const Settings& settings);
 
 }  // namespace tessera::server

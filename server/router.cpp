@@ -8,7 +8,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/media_type.h"
@@ -30,7 +30,7 @@ std::span<const Route> route_table() {
       {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::io, cancel_job},
       {"GET",
        "/v1/jobs/{id}/image",
-       {"aov", "format", "partial", "quality", "subsampling"},
+       {"aov", "format", "partial", "quality", "subsampling", "exposure", "tone_map", "precision"},
        Body::none,
        Place::quick,
        fetch_image},

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "server/lane.h"
 #include "server/lru.h"
 

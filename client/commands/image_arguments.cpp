@@ -33,17 +33,29 @@ void ImageArguments::add_to(CLI::App& command) {
   command.add_option("-o,--output", output, "The image file, or - for stdout")->capture_default_str();
   command.add_option("--format", image.format, "png, jpeg, exr or hdr; by the output's ending when not given")
       ->check(CLI::IsMember({"png", "jpeg", "exr", "hdr"}));
+  command.add_option("--exposure", image.exposure, "Stops by which a PNG or JPEG is brighter")->check(CLI::Number);
+  command.add_option("--tone-map", image.tone_map, "Of a PNG or JPEG: none, khronos_pbr_neutral or aces")
+      ->check(CLI::IsMember({"none", "khronos_pbr_neutral", "aces"}));
+  command.add_option("--precision", image.precision, "Of an EXR's floats: float, or half, which is smaller")
+      ->check(CLI::IsMember({"half", "float"}));
 }
 
 void ImageArguments::check() {
-  if (is_stdout()) {
-    if (image.format.empty()) image.format = "png";
-    if (isatty(STDOUT_FILENO) != 0)
-      throw CLI::ValidationError("-o", "an image is nothing for a terminal: redirect stdout, or name a file");
-    return;
-  }
-  if (image.format.empty()) image.format = format_by_ending(output);
-  expect_writable(output);
+  if (image.format.empty()) image.format = is_stdout() ? "png" : format_by_ending(output);
+  expect_fitting_format();
+  if (!is_stdout()) return expect_writable(output);
+  if (isatty(STDOUT_FILENO) != 0)
+    throw CLI::ValidationError("-o", "an image is nothing for a terminal: redirect stdout, or name a file");
+}
+
+void ImageArguments::expect_fitting_format() const {
+  const bool is_shown = image.format == "png" || image.format == "jpeg";
+  if (!image.exposure.empty() && !is_shown)
+    throw CLI::ValidationError("--exposure", "only PNG and JPEG have it; " + image.format + " holds light as it is");
+  if (!image.tone_map.empty() && !is_shown)
+    throw CLI::ValidationError("--tone-map", "only PNG and JPEG have it; " + image.format + " holds light as it is");
+  if (!image.precision.empty() && image.format != "exr")
+    throw CLI::ValidationError("--precision", "only EXR has it, and the image comes as " + image.format);
 }
 
 void ImageArguments::save(const Client& client, const std::string& id) const {

@@ -19,12 +19,16 @@ struct ImageArguments {
 
   bool is_stdout() const { return output == "-"; }
 
-  /// Settles the format by the output's ending when none is given, PNG for stdout, and makes sure that the output can
-  /// be written and isn't a terminal: better known before a long wait. Throws `CLI::ValidationError`, `Failure`.
+  /// Settles the format by the output's ending when none is given, PNG for stdout, and makes sure that it has what is
+  /// asked of it, and that the output can be written and isn't a terminal: better known before a long wait. Throws
+  /// `CLI::ValidationError`, `Failure`.
   void check();
 
   /// Fetches the image and writes it, into a file whole or not at all.
   void save(const Client& client, const std::string& id) const;
+
+ private:
+  void expect_fitting_format() const;
 };
 
 }  // namespace tessera::client

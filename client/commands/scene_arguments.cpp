@@ -63,7 +63,15 @@ void SceneArguments::add_to(CLI::App& command) {
         return std::string();
       },
       "");
-  command.add_option("--spp", options.samples, "Samples per pixel")->transform(whole_number);
+  command.add_option("--spp,--samples", options.samples, "Samples per pixel; the most of them, with --until-...")
+      ->transform(whole_number);
+  command.add_option("--until-error", options.error,
+                     "Refine the image until its error is at most that: the root of its relative mean square error");
+  command.add_option("--until-seconds", options.seconds, "Refine the image for so many seconds");
+  command.add_option("--integrator", options.integrator,
+                     "auto, whitted, direct, ambient_occlusion or path: how light goes from surface to surface");
+  command.add_option("--sampler", options.sampler, "auto, grid, independent or sobol: where samples fall");
+  command.add_flag("--transparent", options.transparent, "The background is transparent, in PNG and EXR");
   command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first")
       ->transform(whole_number);
   command.add_option("--seed", options.seed, "Seed of the samples")->transform(whole_number);

@@ -10,13 +10,12 @@ AmbientOcclusion::AmbientOcclusion(const Scene& scene, const Accel* accel, const
                                    RayCounts& counts, TraceLog log)
     : scene_(scene), accel_(accel), sampler_(sampler), reach_(reach), counts_(counts), log_(log) {}
 
-void AmbientOcclusion::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits,
-                             std::span<Rgb> out) {
-  out_ = out;
+void AmbientOcclusion::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) {
+  out_ = out.radiance;
   rays_.clear();
   asking_.clear();
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    out[i] = hits[i].t == kInfinity ? scene_.background : Rgb();
+    out_[i] = hits[i].t == kInfinity ? scene_.background : Rgb();
     if (hits[i].t == kInfinity) continue;
     const PrimitiveId primitive{hits[i].object, hits[i].primitive};
     const Shading at(world_surface(scene_, primitive.object, primitive.primitive, rays[i], hits[i].t),

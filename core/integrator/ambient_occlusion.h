@@ -20,7 +20,7 @@ class AmbientOcclusion final : public Integrator {
                    TraceLog log = {});
 
   std::size_t batch_size() const override { return 4096; }
-  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) override;
+  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) override;
   bool go_on() override;
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "core/accel/accel.h"
@@ -19,11 +20,17 @@ class Integrator {
   /// How many camera rays had better be followed together.
   virtual std::size_t batch_size() const = 0;
 
+  /// What camera rays bring; both of their number, and valid until all is traced.
+  struct Output {
+    std::span<Rgb> radiance;  ///< That arrives along each, W/(sr m²).
+    /// 1 for rays that hit something; those whose way leads through surfaces that aren't there (`Material::alpha`) and
+    /// then into the background are set to 0.
+    std::span<std::uint8_t> covered;
+  };
+
   /// Begins with a batch of camera rays, each of a sample, given what each hits; `t` is infinite where that is nothing.
-  /// `out` is for the radiance that arrives along each (W/(sr m²)). Spans are of one length; `hits` and `out` stay
-  /// valid until all is traced.
-  virtual void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits,
-                     std::span<Rgb> out) = 0;
+  /// Spans are of one length; `hits` stays valid until all is traced.
+  virtual void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) = 0;
 
   /// Goes on by one kind of ray of one batch: as many rays as `begin` was given, or twice that, at most. False when
   /// nothing is left to be done; then `out` is complete.

@@ -11,9 +11,8 @@
 namespace tessera {
 namespace {
 
-/// Segments before roulette begins, and the best chance that it gives: no path goes on for ever.
+/// Segments before roulette begins.
 constexpr std::uint32_t kRouletteDepth = 5;
-constexpr float kMostSurvival = 0.95F;
 
 /// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
 constexpr float kJustBeyond = 1 + 0x1p-10F;
@@ -64,9 +63,9 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       log_(log),
       shadows_(scene, features.alpha) {}
 
-void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) {
+void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) {
   out_ = out;
-  std::ranges::fill(out, Rgb());
+  std::ranges::fill(out.radiance, Rgb());
   paths_.clear();
   rays_.clear();
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
@@ -91,7 +90,7 @@ bool PathTracer::go_on() {
     return true;
   }
   if (!shadows_.empty()) {
-    shadows_.trace(*accel_, out_, counts_, log_);
+    shadows_.trace(*accel_, out_.radiance, counts_, log_);
     return true;
   }
   return !paths_.empty();
@@ -132,7 +131,10 @@ bool PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
 }
 
 void PathTracer::add_escaped(const Path& path, Vec3 direction) {
-  if (path.is_direct && options_.hides_background) return;
+  if (path.is_direct) {
+    out_.covered[path.sum] = 0;
+    if (options_.hides_background) return;
+  }
   Rgb radiance = lights_.escaped(direction);
   if (radiance.is_black()) return;
   if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_.pdf_escaped(path.from_normal, direction));
@@ -191,7 +193,8 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
 }
 
 bool PathTracer::survives(Path& path, float number) {
-  const float chance = std::min(largest(path.throughput) * path.eta_scale, kMostSurvival);
+  const float chance = largest(path.throughput) * path.eta_scale;
+  if (chance >= 1) return true;
   if (!(number < chance)) return false;
   path.throughput = path.throughput * (1 / chance);
   return true;

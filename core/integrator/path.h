@@ -35,7 +35,7 @@ class PathTracer final : public Integrator {
              const Sampler& sampler, const Options& options, RayCounts& counts, TraceLog log = {});
 
   std::size_t batch_size() const override { return 8192; }
-  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) override;
+  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) override;
   bool go_on() override;
 
  private:
@@ -63,7 +63,7 @@ class PathTracer final : public Integrator {
   bool scatter(Path& path, Ray& ray, const Vertex& at);
   static bool survives(Path& path, float number);
   std::optional<Ray> leaving(const Vertex& at, Vec3 direction, bool reflects);
-  void add(std::uint32_t sum, Rgb radiance) { out_[sum] = out_[sum] + radiance; }
+  void add(std::uint32_t sum, Rgb radiance) { out_.radiance[sum] = out_.radiance[sum] + radiance; }
 
   const Scene& scene_;
   const Accel* accel_;
@@ -74,7 +74,7 @@ class PathTracer final : public Integrator {
   bool meets_lights_;  ///< A ray can meet light by chance.
   RayCounts& counts_;
   TraceLog log_;
-  std::span<Rgb> out_;
+  Output out_;
   std::uint32_t vertex_ = 0;  ///< Of the paths, the first hit being 0.
   bool has_hits_ = false;     ///< Otherwise the rays are still to be traced.
   std::vector<Path> paths_;

@@ -43,10 +43,10 @@ Whitted::Whitted(const Scene& scene, const Features& features, const Accel& acce
     surfaces_.push_back(whitted_surface(material.surface).value_or(WhittedSurface{}));
 }
 
-void Whitted::begin(std::span<const SampleId>, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) {
+void Whitted::begin(std::span<const SampleId>, RaySpan rays, std::span<const Hit> hits, Output out) {
   if (camera_chains_.size() < rays.size()) camera_chains_.resize(rays.size());
   depth_ = 0;
-  enter(rays, hits, {camera_chains_.data(), rays.size()}, out);
+  enter(rays, hits, {camera_chains_.data(), rays.size()}, out.radiance);
 }
 
 bool Whitted::go_on() {
@@ -69,7 +69,7 @@ bool Whitted::go_on() {
 }
 
 void Whitted::radiance(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Rgb> out) {
-  begin({}, rays, hits, out);
+  begin({}, rays, hits, {out, {}});
   while (go_on()) {
   }
 }

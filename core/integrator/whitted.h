@@ -44,7 +44,7 @@ class Whitted final : public Integrator {
   /// Enough for structures to gain from rays that go together, few enough for all that is known of them to stay in the
   /// caches.
   std::size_t batch_size() const override { return 1024; }
-  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, std::span<Rgb> out) override;
+  void begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) override;
   bool go_on() override;
 
   /// All of it at once. No random number is drawn, so it doesn't matter of which samples the rays are.

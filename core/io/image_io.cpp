@@ -5,11 +5,14 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
 #include "core/io/display_curve.h"
+#include "core/io/half.h"
 #include "core/io/heat_color.h"
 #include "core/io/oiio/write_with_oiio.h"
 #include "core/io/png_file.h"
@@ -85,16 +88,40 @@ Color id_color(std::uint32_t id) {
           static_cast<std::uint8_t>(64 + (id >> 16) % 192)};
 }
 
-/// Rows of 8-bit RGB, with alpha where not all is done.
+/// How much of each pixel is there: what isn't done is not, and of a transparent image what its alpha says.
+class Coverage {
+ public:
+  Coverage(const std::vector<float>* alpha, const Done* done) : alpha_(alpha), done_(done) {}
+
+  /// Whether anything may be transparent.
+  bool is_partial() const { return alpha_ || done_; }
+  float operator[](std::size_t i) const { return done_ && (*done_)[i] == 0 ? 0 : alpha_ ? (*alpha_)[i] : 1; }
+
+ private:
+  const std::vector<float>* alpha_;
+  const Done* done_;
+};
+
+Coverage coverage_of(const Pixels& p, Plane plane, const Done* done, bool transparent) {
+  return {transparent && !plane.aov ? &p.plane<float>(Aov::alpha) : nullptr, done};
+}
+
+/// Rows of 8-bit RGB, with alpha where that is asked for.
 template <typename ColorOf>
-ReadRow display_rows(std::size_t width, const Done* done, ColorOf color_of_pixel) {
+ReadRow display_rows(std::size_t width, std::optional<Coverage> alpha, ColorOf color_of_pixel) {
   return [=](std::int32_t y, std::byte* row) {
     const std::size_t first = static_cast<std::size_t>(y) * width;
     for (std::size_t i = first; i < first + width; ++i) {
       for (const std::uint8_t channel : color_of_pixel(i)) *row++ = std::byte{channel};
-      if (done) *row++ = (*done)[i] != 0 ? std::byte{255} : std::byte{0};
+      if (alpha) *row++ = std::byte{unit_byte((*alpha)[i])};
     }
   };
+}
+
+/// The colour of what covers a pixel to a part.
+Rgb uncovered(Rgb color, float coverage) {
+  if (!(coverage > 0 && coverage < 1)) return color;
+  return {color.r / coverage, color.g / coverage, color.b / coverage};
 }
 
 template <typename Values>
@@ -129,10 +156,16 @@ std::function<Color(std::size_t)> color_by_heat(const Values& values) {
 }
 
 /// A plane for people to look at. Precondition: it isn't `kAllPlanes`.
-ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, bool alpha) {
+ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, const Look& look_of_color,
+                     std::optional<Coverage> alpha) {
   const auto rows = [&](auto color_of_pixel) {
-    return display_rows(static_cast<std::size_t>(p.rect.width()), alpha ? done : nullptr, color_of_pixel);
+    return display_rows(static_cast<std::size_t>(p.rect.width()), alpha, color_of_pixel);
   };
+  if (!plane.aov)
+    return rows([=, color = DonePlane<Rgb>(p.color, {}, done), display = Display(look_of_color)](std::size_t i) {
+      const Rgb shown = display(alpha ? uncovered(color[i], (*alpha)[i]) : color[i]);
+      return Color{display_byte(shown.r), display_byte(shown.g), display_byte(shown.b)};
+    });
   const auto bytes = [&](auto values, auto byte_of) {
     return rows([=](std::size_t i) {
       const std::array<float, 3> v = triple(values[i]);
@@ -160,33 +193,64 @@ ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, bool alpha)
   });
 }
 
+/// A pixel's value in 32 bits a channel.
+template <typename T>
+struct AsIs {
+  static constexpr ChannelType kType = std::is_integral_v<T> ? ChannelType::id : ChannelType::real;
+  void operator()(const T& value, std::byte* to) const { std::memcpy(to, &value, sizeof value); }
+};
+
+/// The floats of a pixel's value in 16 bits each.
+template <typename T>
+struct Halved {
+  static constexpr ChannelType kType = ChannelType::half;
+  void operator()(const T& value, std::byte* to) const {
+    std::array<float, sizeof(T) / sizeof(float)> floats;
+    std::memcpy(floats.data(), &value, sizeof value);
+    for (const float v : floats) {
+      const std::uint16_t bits = half_bits(v);
+      std::memcpy(to, &bits, sizeof bits);
+      to += sizeof bits;
+    }
+  }
+};
+
 /// Planes of 32-bit values, to be put together pixel by pixel.
 class Interleaved {
  public:
+  explicit Interleaved(Precision precision) : precision_(precision) {}
+
   template <typename PlaneOf>
-  void add(std::vector<std::string> names, ChannelType type, PlaneOf plane) {
-    static_assert(sizeof(plane[0]) % 4 == 0);
-    const std::size_t offset = 4 * channels_.size();
-    for (std::string& name : names) channels_.push_back({std::move(name), type});
-    writers_.push_back([=](std::size_t first, std::size_t count, std::byte* row, std::size_t stride) {
-      for (std::size_t i = 0; i < count; ++i) {
-        const auto value = plane[first + i];
-        std::memcpy(row + i * stride + offset, &value, sizeof value);
-      }
-    });
+  void add(std::vector<std::string> names, PlaneOf plane) {
+    using Value = std::decay_t<decltype(plane[0])>;
+    static_assert(sizeof(Value) % 4 == 0);
+    if constexpr (!std::is_integral_v<Value>)
+      if (precision_ == Precision::half) return add(std::move(names), plane, Halved<Value>());
+    add(std::move(names), plane, AsIs<Value>());
   }
 
   Raster raster(const PixelRect& rect) && {
     const auto width = static_cast<std::size_t>(rect.width());
     Raster raster{rect.width(), rect.height(), channels_, {}};
-    raster.read_row = [writers = std::move(writers_), width, stride = 4 * channels_.size()](std::int32_t y,
-                                                                                            std::byte* row) {
+    raster.read_row = [writers = std::move(writers_), width, stride = pixel_bytes_](std::int32_t y, std::byte* row) {
       for (const auto& write : writers) write(static_cast<std::size_t>(y) * width, width, row, stride);
     };
     return raster;
   }
 
  private:
+  template <typename PlaneOf, typename Write>
+  void add(std::vector<std::string> names, PlaneOf plane, Write write_value) {
+    const std::size_t offset = pixel_bytes_;
+    pixel_bytes_ += names.size() * bytes_of(Write::kType);
+    for (std::string& name : names) channels_.push_back({std::move(name), Write::kType});
+    writers_.push_back([=](std::size_t first, std::size_t count, std::byte* row, std::size_t stride) {
+      for (std::size_t i = 0; i < count; ++i) write_value(plane[first + i], row + i * stride + offset);
+    });
+  }
+
+  Precision precision_;
+  std::size_t pixel_bytes_ = 0;
   std::vector<Channel> channels_;
   std::vector<std::function<void(std::size_t first, std::size_t count, std::byte* row, std::size_t stride)>> writers_;
 };
@@ -203,29 +267,29 @@ Changed(Values, Change) -> Changed<Values, Change>;
 
 bool has(const Pixels& p, Plane plane) { return !plane.aov || p.has(*plane.aov); }
 
-Raster display_raster(const Pixels& p, Plane plane, const Done* done, bool alpha) {
-  Raster raster{p.rect.width(), p.rect.height(), {}, display_rows(p, plane, done, alpha)};
+Raster display_raster(const Pixels& p, Plane plane, const Done* done, const Encoding& encoding) {
+  std::optional<Coverage> alpha;
+  if (limits_of(encoding.format).alpha) alpha = coverage_of(p, plane, done, encoding.transparent);
+  if (alpha && !alpha->is_partial()) alpha.reset();
+  Raster raster{p.rect.width(), p.rect.height(), {}, display_rows(p, plane, done, encoding.look, alpha)};
   for (const char* name : {"R", "G", "B"}) raster.channels.push_back({name, ChannelType::byte});
-  if (done && alpha) raster.channels.push_back({"A", ChannelType::byte});
+  if (alpha) raster.channels.push_back({"A", ChannelType::byte});
   return raster;
 }
 
-Raster exact_raster(const Pixels& p, Plane plane, const Done* done) {
+Raster exact_raster(const Pixels& p, Plane plane, const Done* done, const Encoding& encoding) {
   const auto wanted = [&](Aov aov) { return (plane == Plane{aov} || plane == kAllPlanes) && p.has(aov); };
-  Interleaved planes;
-  if (!plane.aov) planes.add({"R", "G", "B"}, ChannelType::real, DonePlane<Rgb>(p.color, {}, done));
+  Interleaved planes(encoding.precision);
+  if (!plane.aov) planes.add({"R", "G", "B"}, DonePlane<Rgb>(p.color, {}, done));
   // What isn't done is transparent in the alpha that a job records, too.
-  if (done && !wanted(Aov::alpha))
-    planes.add({"A"}, ChannelType::real, Changed{DonePlane<std::uint8_t>(*done, 0, nullptr), [](std::uint8_t d) {
-                                                   return d != 0 ? 1.0F : 0.0F;
-                                                 }});
+  const Coverage alpha = coverage_of(p, plane, done, encoding.transparent);
+  if (alpha.is_partial() && !wanted(Aov::alpha)) planes.add({"A"}, alpha);
   for (const AovEntry& row : aov_table()) {
     if (!wanted(row.aov)) continue;
     std::vector<std::string> names;
     for (const std::string_view name : row.channels)
       if (!name.empty()) names.emplace_back(name);
-    const auto type = std::holds_alternative<std::uint32_t>(row.empty) ? ChannelType::id : ChannelType::real;
-    with_plane(p, Plane{row.aov}, done, [&](auto values, AovLook) { planes.add(names, type, values); });
+    with_plane(p, Plane{row.aov}, done, [&](auto values, AovLook) { planes.add(names, values); });
   }
   return std::move(planes).raster(p.rect);
 }
@@ -234,12 +298,12 @@ Raster exact_raster(const Pixels& p, Plane plane, const Done* done) {
 float in_rgbe(float v) { return std::min(v, 0x1.fffffep126F); }
 
 Raster rgbe_raster(const Pixels& p, Plane plane, const Done* done) {
-  Interleaved planes;
+  Interleaved planes(Precision::single);
   with_plane(p, plane, done, [&](auto values, AovLook) {
-    planes.add({"R", "G", "B"}, ChannelType::real, Changed{values, [](auto value) {
-                                                             const auto [r, g, b] = triple(value);
-                                                             return Rgb{in_rgbe(r), in_rgbe(g), in_rgbe(b)};
-                                                           }});
+    planes.add({"R", "G", "B"}, Changed{values, [](auto value) {
+                                          const auto [r, g, b] = triple(value);
+                                          return Rgb{in_rgbe(r), in_rgbe(g), in_rgbe(b)};
+                                        }});
   });
   return std::move(planes).raster(p.rect);
 }
@@ -280,14 +344,13 @@ std::optional<Bytes> encode(const Pixels& pixels, Plane plane, const Encoding& e
   const auto width = static_cast<std::uint32_t>(pixels.rect.width());
   const auto height = static_cast<std::uint32_t>(pixels.rect.height());
   if (!has(pixels, plane) || !can_hold(encoding.format, plane, width, height, pixels.aovs())) return std::nullopt;
-  const bool alpha = limits_of(encoding.format).alpha;
   switch (encoding.format) {
     case ImageFormat::png:
-      return write_png(display_raster(pixels, plane, done, alpha), stop);
+      return write_png(display_raster(pixels, plane, done, encoding), stop);
     case ImageFormat::jpeg:
-      return write_jpeg(display_raster(pixels, plane, done, alpha), encoding.jpeg, stop);
+      return write_jpeg(display_raster(pixels, plane, done, encoding), encoding.jpeg, stop);
     case ImageFormat::exr:
-      return write_with_oiio(encoding.format, exact_raster(pixels, plane, done), stop);
+      return write_with_oiio(encoding.format, exact_raster(pixels, plane, done, encoding), stop);
     case ImageFormat::hdr:
       return write_with_oiio(encoding.format, rgbe_raster(pixels, plane, done), stop);
   }

@@ -10,6 +10,7 @@
 #include "core/film/film.h"
 #include "core/io/image_format.h"
 #include "core/io/jpeg_file.h"
+#include "core/io/tone_map.h"
 
 namespace tessera {
 
@@ -23,9 +24,15 @@ struct Plane {
 inline constexpr Plane kColorPlane{};
 inline constexpr Plane kAllPlanes{std::nullopt, true};
 
+/// Of an EXR's floats.
+enum class Precision { single, half };
+
 struct Encoding {
   ImageFormat format = ImageFormat::png;
-  JpegOptions jpeg;  ///< Of no meaning to the others.
+  JpegOptions jpeg = {};                    ///< Of no meaning to the others.
+  Look look = {};                           ///< Of the colour in PNG and JPEG.
+  Precision precision = Precision::single;  ///< Of EXR.
+  bool transparent = false;                 ///< Colour has the recorded alpha. Precondition: it is recorded.
 };
 
 /// Whether files of a format can hold that plane of an image, and, with `partial`, that some of it isn't there yet: by
@@ -36,10 +43,14 @@ bool can_hold(ImageFormat format, Plane plane, std::uint32_t width, std::uint32_
 /// Encodes to memory: PNG through libpng, JPEG through libjpeg, EXR and HDR through OpenImageIO, which the first of
 /// them loads. Takes as much memory as the file, twice while it grows, and a few rows.
 ///
-/// PNG and JPEG hold 8 bits of display values: colour is clamped to 0..1 and given sRGB's transfer curve; AOVs look as
-/// their rows say (`AovLook`), of hues JPEG keeps about the look. EXR holds the linear floats themselves, channels "R"
-/// "G" "B" and those of the AOVs' rows, whole numbers as unsigned ones. HDR holds what is finite and never negative as
-/// RGBE, single channels as grey: what is above its greatest number, just below 2^127, becomes that.
+/// PNG and JPEG hold 8 bits of display values: colour as `Display` makes it is clamped to 0..1 and given sRGB's
+/// transfer curve; AOVs look as their rows say (`AovLook`), of hues JPEG keeps about the look. EXR holds the linear
+/// floats themselves, or the nearest ones of half as many bits (`half_bits`), channels "R" "G" "B" and those of the
+/// AOVs' rows, whole numbers as unsigned ones. HDR holds what is finite and never negative as RGBE, single channels as
+/// grey: what is above its greatest number, just below 2^127, becomes that.
+///
+/// Where colour is transparent, that of a pixel is what covers it over black. It is so in EXR, beside channel "A", and
+/// in JPEG and HDR, which have no alpha; a PNG holds the colour of what covers it and how much that is.
 ///
 /// `done`, one byte a pixel where given, tells the pixels that may be read. The others look as if nothing were there,
 /// and are transparent in PNG and EXR, which get an alpha channel.

@@ -8,8 +8,13 @@
 
 namespace tessera {
 
-/// What a channel's values are: 0 to 255 for display, or 32 bits, in the machine's byte order.
-enum class ChannelType { byte, real, id };
+/// What a channel's values are, in the machine's byte order: 0 to 255 for display, floats of 32 or of 16 bits, or whole
+/// numbers of 32 bits.
+enum class ChannelType { byte, real, half, id };
+
+inline std::size_t bytes_of(ChannelType type) {
+  return type == ChannelType::byte ? 1 : type == ChannelType::half ? 2 : 4;
+}
 
 struct Channel {
   std::string name;
@@ -26,7 +31,7 @@ struct Raster {
 
   std::size_t row_bytes() const {
     std::size_t pixel = 0;
-    for (const Channel& channel : channels) pixel += channel.type == ChannelType::byte ? 1 : 4;
+    for (const Channel& channel : channels) pixel += bytes_of(channel.type);
     return pixel * static_cast<std::size_t>(width);
   }
 };

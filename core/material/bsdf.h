@@ -46,6 +46,11 @@ inline bool has_smooth_lobes(const Bsdf& bsdf) {
   return std::visit([](const auto& b) { return b.has_smooth_lobes(); }, bsdf);
 }
 
+/// Whether it can for a wi on the other side, so that light from behind counts.
+inline bool has_smooth_transmission(const Bsdf& bsdf) {
+  return std::visit([](const auto& b) { return b.has_smooth_transmission(); }, bsdf);
+}
+
 /// About what comes back to wo of even light from everywhere, reflected or passed, without the scaling by 1/eta²; in
 /// 0..1.
 inline Rgb albedo(const Bsdf& bsdf, Vec3 wo) {

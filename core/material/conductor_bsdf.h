@@ -19,6 +19,7 @@ struct ConductorBsdf {
   BsdfValue evaluate(Vec3 wo, Vec3 wi) const;
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u) const;
   bool has_smooth_lobes() const { return roughness > 0; }
+  bool has_smooth_transmission() const { return false; }
   Rgb albedo(Vec3 wo) const;
 };
 

@@ -25,6 +25,7 @@ struct DiffuseBsdf {
     return BsdfSample{.wi = wi, .weight = color, .pdf = cosine_hemisphere_pdf(wi.z)};
   }
   bool has_smooth_lobes() const { return !color.is_black(); }
+  bool has_smooth_transmission() const { return false; }
   Rgb albedo(Vec3) const { return color; }
 };
 

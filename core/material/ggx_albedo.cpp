@@ -8,46 +8,56 @@
 namespace tessera {
 namespace {
 
-/// Between the numbers `index` and `index` + 1 of a table.
-struct Place {
-  std::size_t index;
-  float next;  ///< The weight of the later one.
+/// Where in a table, between 0 and 1, and how much the numbers there weigh. Along roughness and eta a parabola through
+/// the three nearest, along the angle, where there are more of them, a line through two.
+struct Parabola {
+  std::size_t first;
+  float weights[3];
+};
+struct Line {
+  std::size_t first;
+  float next;
 };
 
-Place place(float share, std::size_t size) {
-  const auto last = static_cast<float>(size - 1);
-  const float at = std::clamp(share, 0.0F, 1.0F) * last;
-  const std::size_t index = std::min(static_cast<std::size_t>(at), size - 2);
-  return {index, at - static_cast<float>(index)};
+Parabola parabola(float share, std::size_t size) {
+  const float at = std::clamp(share, 0.0F, 1.0F) * static_cast<float>(size - 1);
+  const std::size_t first = std::clamp(static_cast<std::size_t>(at + 0.5F), std::size_t{1}, size - 2) - 1;
+  const float x = at - static_cast<float>(first + 1);
+  return {first, {x * (x - 1) / 2, (1 - x) * (1 + x), x * (x + 1) / 2}};
 }
 
-float between(float a, float b, float weight) { return a + (b - a) * weight; }
-
-float look_up(const AlbedoSlice& slice, Place roughness, Place cosine) {
-  const auto at = [&](std::size_t r) {
-    return between(slice[r][cosine.index], slice[r][cosine.index + 1], cosine.next);
-  };
-  return between(at(roughness.index), at(roughness.index + 1), roughness.next) / kTableOne;
+Line line(float share, std::size_t size) {
+  const float at = std::clamp(share, 0.0F, 1.0F) * static_cast<float>(size - 1);
+  const std::size_t first = std::min(static_cast<std::size_t>(at), size - 2);
+  return {first, at - static_cast<float>(first)};
 }
 
-Place place_roughness(float roughness) { return place(table_roughness(roughness), kTableRoughnesses); }
-Place place_cosine(float cos_theta, float roughness) {
-  return place(table_cosine(cos_theta, roughness), kTableCosines);
+float look_up(const AlbedoSlice& slice, const Parabola& roughness, Line cosine) {
+  float sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& row = slice[roughness.first + i];
+    const float a = row[cosine.first], b = row[cosine.first + 1];
+    sum += roughness.weights[i] * (a + (b - a) * cosine.next);
+  }
+  return std::clamp(sum / kTableOne, 0.0F, 1.0F);
 }
 
 }  // namespace
 
 GgxAlbedo ggx_albedo(float cos_theta, float roughness) {
-  const Place r = place_roughness(roughness);
-  return {look_up(kWhiteAlbedo, r, place_cosine(cos_theta, roughness)),
-          look_up(kSchlickAlbedo, r, place(schlick_table_cosine(cos_theta), kTableCosines))};
+  const Parabola r = parabola(table_roughness(roughness), kTableRoughnesses);
+  return {look_up(kWhiteAlbedo, r, line(table_cosine(cos_theta, roughness), kTableCosines)),
+          look_up(kSchlickMean, r, line(schlick_table_cosine(cos_theta), kTableCosines))};
 }
 
 float dielectric_albedo(float cos_theta, float roughness, float eta) {
-  const Place r = place_roughness(roughness), c = place_cosine(cos_theta, roughness);
-  const Place e = place(table_eta(eta), kTableEtas);
+  const Parabola r = parabola(table_roughness(roughness), kTableRoughnesses);
+  const Line c = line(table_cosine(cos_theta, roughness), kTableCosines);
+  const Parabola e = parabola(table_eta(eta), kTableEtas);
   const auto& slices = kDielectricAlbedo[eta > 1 ? 1 : 0];
-  return between(look_up(slices[e.index], r, c), look_up(slices[e.index + 1], r, c), e.next);
+  float sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += e.weights[i] * look_up(slices[e.first + i], r, c);
+  return sum;
 }
 
 }  // namespace tessera

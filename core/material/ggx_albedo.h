@@ -5,10 +5,10 @@ namespace tessera {
 // What single scattering at a rough surface (GGX as in ggx.h) keeps of even light, from tables: to give back the rest
 // (Turquin 2019). `cos_theta` is of wo, > 0; `roughness` in [kLeastRoughness, 1].
 
-/// The share that is reflected,
+/// Of facets that reflect all.
 struct GgxAlbedo {
-  float white;    ///< by facets that reflect all;
-  float schlick;  ///< by facets that reflect (1 - cos)^5 (Schlick), cos being that of half the angle.
+  float white;         ///< The share that is reflected.
+  float schlick_mean;  ///< The mean of Schlick's (1 - cos)^5 over what is reflected; cos is of half the angle between.
 };
 GgxAlbedo ggx_albedo(float cos_theta, float roughness);
 

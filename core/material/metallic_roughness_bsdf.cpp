@@ -26,15 +26,14 @@ Rgb reflected(const MetallicRoughnessBsdf& bsdf, float schlick_term, float lost)
 /// The highlight as a whole, from one direction.
 struct Highlight {
   GgxAlbedo single;  ///< Without what scatters more than once.
-  float schlick_mean, lost;
+  float lost;
 
   Highlight(float cos_theta, float roughness)
       : single(roughness > 0 ? ggx_albedo(cos_theta, roughness) : GgxAlbedo{1, schlick(cos_theta)}),
-        schlick_mean(single.schlick / single.white),
         lost(1 / single.white - 1) {}
 
   /// What the coat doesn't reflect.
-  float passed() const { return 1 - single.white * reflected(kDielectricF0, schlick_mean, lost); }
+  float passed() const { return 1 - single.white * reflected(kDielectricF0, single.schlick_mean, lost); }
 };
 
 float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
@@ -48,7 +47,7 @@ struct View {
   View(const MetallicRoughnessBsdf& bsdf, Vec3 wo)
       : highlight(std::min(wo.z, 1.0F), bsdf.roughness),
         base(bsdf.base_color * ((1 - bsdf.metallic) * highlight.passed())),
-        specular(reflected(bsdf, highlight.schlick_mean, highlight.lost) * highlight.single.white),
+        specular(reflected(bsdf, highlight.single.schlick_mean, highlight.lost) * highlight.single.white),
         specular_share(base.is_black() ? 1 : largest(specular) / (largest(specular) + largest(base))) {}
 };
 
@@ -77,7 +76,8 @@ MetallicRoughnessBsdf bsdf_of(const MetallicRoughness& surface, bool) {
   return {.base_color = surface.base_color,
           .metallic = surface.metallic,
           .roughness = roughness,
-          .base_mean = hemisphere_mean([&](float c) { return Highlight(c, roughness).passed(); })};
+          .base_mean =
+              surface.metallic < 1 ? hemisphere_mean([&](float c) { return Highlight(c, roughness).passed(); }) : 1};
 }
 
 BsdfValue MetallicRoughnessBsdf::evaluate(Vec3 wo, Vec3 wi) const {

@@ -18,6 +18,7 @@ struct WhittedBsdf {
   BsdfValue evaluate(Vec3 wo, Vec3 wi) const;
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u) const;
   bool has_smooth_lobes() const { return !(surface.diffuse.is_black() && surface.specular.is_black()); }
+  bool has_smooth_transmission() const { return false; }
   Rgb albedo(Vec3 wo) const;
 };
 

@@ -63,10 +63,6 @@ void add(const Light& light, Features& to) {
              light);
 }
 
-bool is_black(const EnvironmentLight& light) {
-  return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
-}
-
 }  // namespace
 
 Features features_of(const Scene& scene) {
@@ -85,6 +81,15 @@ Features features_of(const Scene& scene) {
   features.sky |= !is_black(environment_of(scene));
   features.lights_to_sample |= features.emitters || features.sky;
   return features;
+}
+
+IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features) {
+  if (asked != IntegratorKind::automatic) return asked;
+  return features.only_whitted ? IntegratorKind::whitted : IntegratorKind::path;
+}
+
+bool is_black(const EnvironmentLight& light) {
+  return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
 }
 
 EnvironmentLight environment_of(const Scene& scene) {

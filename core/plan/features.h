@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "core/scene/scene.h"
+#include "core/scene/settings.h"
 
 namespace tessera {
 
@@ -25,6 +26,15 @@ struct Features {
   bool alpha = false;             ///< A surface that isn't all there.
 };
 Features features_of(const Scene& scene);
+
+/// The integrator that renders a scene with these features when `asked` is asked for: never `automatic`.
+IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features);
+
+/// Rays in a chain of `IntegratorKind::direct`: to what is seen, and from there to a light.
+inline constexpr std::uint32_t kDirectDepth = 2;
+
+/// Whether no light comes from it: its radiance or all of its map is black.
+bool is_black(const EnvironmentLight& light);
 
 /// What stands for the sky: the scene's environment, or else its background all around.
 EnvironmentLight environment_of(const Scene& scene);

@@ -23,13 +23,12 @@ std::uint64_t pixels_of(const Tiling& tiling, FirstLevel level) {
   return sum;
 }
 
-constexpr std::uint32_t kWhittedDepth = 5, kDirectDepth = 2, kPathDepth = 16;
+constexpr std::uint32_t kWhittedDepth = 5, kPathDepth = 16;
 
 void choose_integrator(Plan& plan, const Settings& settings) {
-  plan.integrator = settings.integrator;
+  plan.integrator = chosen_integrator(settings.integrator, plan.features);
   plan.integrator_because = "the job asks for it";
   if (settings.integrator == IntegratorKind::automatic) {
-    plan.integrator = plan.features.only_whitted ? IntegratorKind::whitted : IntegratorKind::path;
     plan.integrator_because = plan.features.only_whitted
                                   ? "the scene has nothing but Whitted's materials and lights"
                                   : "the scene has materials or lights that Whitted's ray tracer doesn't know";
@@ -123,6 +122,14 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
     skip_feature("shadow_rays", has.shadows, "the feature: no light casts shadows");
     skip_feature("reflection_rays", has.reflection, "the feature: no material in use reflects");
     skip_feature("refraction_rays", has.refraction, "the feature: no material in use transmits");
+  }
+  if (plan.integrator == IntegratorKind::path || plan.integrator == IntegratorKind::direct) {
+    skip_feature("light_samples", has.lights_to_sample && has.rough_surfaces,
+                 has.lights_to_sample ? "the feature: all surfaces are smooth, so that no light is sampled"
+                                      : "the feature: there is no light to sample");
+    skip_feature("last_segments", has.emitters || has.sky, "the feature: no ray can meet a light by chance");
+    skip_feature("alpha", has.alpha, "the feature: all surfaces are opaque");
+    skip_feature("sky", !has.even_sky, "the feature: the sky is alike all over, so what sees it alone takes no ray");
   }
 }
 

@@ -101,7 +101,7 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   do {
     if (samples_.empty()) {
       if (!order_.next(samples_at_once(), most_pixels, samples_)) {
-        for (Rgb& color : result_.pixels.color) color = mean(color, context_.settings.samples);
+        finish();
         return true;
       }
       begin_chunk();
@@ -112,6 +112,14 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
     longest_batch_ = std::max(longest_batch_, now - before);
   } while (now < until && !stop.stop_requested());
   return false;
+}
+
+/// Sums become means.
+void TileRenderer::finish() {
+  const std::uint32_t samples = context_.settings.samples;
+  for (Rgb& color : result_.pixels.color) color = mean(color, samples);
+  for (Rgb& albedo : result_.pixels.plane<Rgb>(Aov::albedo)) albedo = mean(albedo, samples);
+  for (float& alpha : result_.pixels.plane<float>(Aov::alpha)) alpha /= static_cast<float>(samples);
 }
 
 /// What structures count may depend on which rays go together: so it is always the same number of them, and few, as
@@ -142,13 +150,17 @@ void TileRenderer::begin_chunk() {
   trace_first_level();
   record_aovs();
   radiance_.resize(camera_.size());
-  integrator_->begin(samples_, camera_.rays(), hits_, radiance_);
+  covered_.resize(camera_.size());
+  for (std::size_t i = 0; i < hits_.size(); ++i) covered_[i] = hits_[i].t < kInfinity;
+  integrator_->begin(samples_, camera_.rays(), hits_, {radiance_, covered_});
 }
 
 void TileRenderer::end_chunk() {
+  std::vector<float>& alpha = result_.pixels.plane<float>(Aov::alpha);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (!alpha.empty()) alpha[pixel(samples_[i])] += covered_[i];
     Rgb& sum = result_.pixels.color[pixel(samples_[i])];
-    const bool is_hidden = context_.settings.transparent && hits_[i].t == kInfinity;
+    const bool is_hidden = context_.settings.transparent && !covered_[i];
     sum = sum + (is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
@@ -180,8 +192,10 @@ void TileRenderer::record_aovs() {
   if (out.aovs().empty()) return;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const Hit& hit = hits_[i];
-    if (samples_[i].index != 0 || hit.t == kInfinity) continue;
+    if (hit.t == kInfinity) continue;
     const std::size_t at = pixel(samples_[i]);
+    if (out.has(Aov::albedo)) record_albedo(at, camera_.rays()[i], hit);
+    if (samples_[i].index != 0) continue;
     out.record(Aov::depth, at, hit.t);  // a camera ray's t is depth
     out.record(Aov::primitive_id, at, hit.primitive);
     out.record(Aov::object_id, at, hit.object);
@@ -190,6 +204,14 @@ void TileRenderer::record_aovs() {
     out.record(Aov::normal, at, to_float(surface.shading_normal));
     out.record(Aov::position, at, to_float(surface.position));
   }
+}
+
+void TileRenderer::record_albedo(std::size_t at, const Ray& ray, const Hit& hit) {
+  const Material& material = context_.scene->materials[context_.scene->objects[hit.object].material];
+  const Shading shading(world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t),
+                        UnitVec3::normalize(ray.direction).value_or(UnitVec3::z()));
+  Rgb& sum = result_.pixels.plane<Rgb>(Aov::albedo)[at];
+  sum = sum + albedo(make_bsdf(material, shading.entering), basis_around(shading.normal).to_local(shading.to_viewer));
 }
 
 /// What the rays of a pixel have cost so far, were they all.

@@ -43,7 +43,9 @@ class TileRenderer {
   void end_chunk();
   void trace_first_level();
   void record_aovs();
+  void record_albedo(std::size_t at, const Ray& ray, const Hit& hit);
   void record_costs(std::size_t at);
+  void finish();
   std::size_t pixel(const SampleId& sample) const { return result_.pixels.index(sample.x, sample.y); }
 
   const RenderContext& context_;
@@ -61,6 +63,7 @@ class TileRenderer {
   CameraBatch camera_;
   std::vector<Hit> hits_;
   std::vector<Rgb> radiance_;
+  std::vector<std::uint8_t> covered_;
 };
 
 }  // namespace tessera

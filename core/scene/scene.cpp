@@ -88,6 +88,9 @@ std::size_t memory_bytes(const Scene& scene) {
   std::size_t bytes = sizeof(Scene) + scene.shapes.size() * (sizeof(Shape) + sizeof(Aabb)) +
                       scene.objects.size() * sizeof(Object) + scene.materials.size() * sizeof(Material) +
                       scene.lights.size() * sizeof(Light);
+  for (const Light& light : scene.lights)
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light); environment && environment->map)
+      bytes += environment->map->texels.size() * sizeof(Rgb);
   for (const Shape& shape : scene.shapes)
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
       bytes += (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +

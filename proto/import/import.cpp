@@ -13,7 +13,6 @@
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
 #include "proto/import/read_file.h"
-#include "proto/names.h"
 #include "proto/wire/file_kind.h"
 #include "proto/wire/printable.h"
 
@@ -72,6 +71,12 @@ Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
 }
 
 }  // namespace
+
+std::span<const Choice<FileFormat>> file_format_names() {
+  static constexpr Choice<FileFormat> table[] = {
+      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}};
+  return table;
+}
 
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
                              const CompanionSource& companions, std::stop_token stop) {

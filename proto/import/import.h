@@ -3,18 +3,21 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/scene/scene.h"
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
+#include "proto/wire/choice.h"
 #include "proto/wire/result.h"
 
 namespace tessera::proto {
 
 enum class FileFormat { obj, ply, nff };
+std::span<const Choice<FileFormat>> file_format_names();
 
 /// A shape from a file, with the material that the file gives it (into `Imported::materials`), if it does.
 struct ImportedPart {

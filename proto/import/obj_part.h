@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/geometry/triangle_mesh.h"
-#include "proto/abandoned.h"
 #include "proto/import/import_notes.h"
+#include "proto/wire/abandoned.h"
 
 namespace tessera::proto {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 
 namespace tessera::proto {
 

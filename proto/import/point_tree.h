@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 
 namespace tessera::proto {
 

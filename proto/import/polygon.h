@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/geometry/triangle_mesh.h"
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 
 namespace tessera::proto {
 

@@ -4,8 +4,8 @@
 #include <fstream>
 #include <utility>
 
-#include "proto/abandoned.h"
 #include "proto/import/broken_file.h"
+#include "proto/wire/abandoned.h"
 
 namespace tessera::proto {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "proto/import/import.h"
 #include "proto/names.h"
 #include "server/accel_json.h"
 #include "server/config.h"
@@ -63,7 +64,11 @@ Response show_capabilities(Services& services, Request&) {
   return json_response(200, {{"accel", accel_capabilities_json()},
                              {"screen_bounds", names_json(proto::screen_bounds_names())},
                              {"aovs", names_json(proto::aov_names())},
+                             {"integrators", names_json(proto::integrator_names())},
+                             {"samplers", names_json(proto::sampler_names())},
+                             {"filters", names_json(proto::filter_names())},
                              {"image_formats", formats_json()},
+                             {"tone_maps", names_json(tone_map_names())},
                              {"file_formats", names_json(proto::file_format_names())},
                              {"asset_root", config.asset_root.has_value()},
                              {"threads", services.runner.threads()},

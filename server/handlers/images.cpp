@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -10,7 +12,7 @@
 
 #include "core/film/aov_table.h"
 #include "core/io/image_io.h"
-#include "proto/abandoned.h"
+#include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/image_cache.h"
@@ -58,8 +60,14 @@ std::string name_of(Plane plane) {
 std::string key_of(const std::string& id, const Picture& picture) {
   const ImageChoice& choice = picture.choice;
   std::string key = id + " plane " + name_of(choice.plane) + ' ' + std::string(choice.format.name);
-  if (choice.format.format == ImageFormat::jpeg)
-    key += ' ' + std::to_string(choice.jpeg.quality) + '/' + std::to_string(static_cast<int>(choice.jpeg.subsampling));
+  const Encoding& encoding = choice.encoding;
+  if (encoding.format == ImageFormat::jpeg)
+    key +=
+        ' ' + std::to_string(encoding.jpeg.quality) + '/' + std::to_string(static_cast<int>(encoding.jpeg.subsampling));
+  if (encoding.precision == Precision::half) key += " half";
+  if (encoding.look != Look())
+    key += " look " + std::to_string(std::bit_cast<std::uint32_t>(encoding.look.exposure)) + '/' +
+           std::to_string(static_cast<int>(encoding.look.tone_map));
   if (picture.stored) {
     key += " tiles ";
     for (const bool is_stored : *picture.stored) key += is_stored ? '1' : '0';
@@ -70,9 +78,8 @@ std::string key_of(const std::string& id, const Picture& picture) {
 EncodedImage encode_picture(const Picture& picture, const std::stop_token& unwanted) {
   std::vector<std::uint8_t> done;
   if (picture.stored) done = picture.film->pixels_of(*picture.stored);
-  auto encoded =
-      encode(picture.film->pixels(), picture.choice.plane, {picture.choice.format.format, picture.choice.jpeg},
-             picture.stored ? &done : nullptr, unwanted);
+  auto encoded = encode(picture.film->pixels(), picture.choice.plane, picture.choice.encoding,
+                        picture.stored ? &done : nullptr, unwanted);
   if (encoded) return std::make_shared<const std::vector<std::byte>>(*std::move(encoded));
   if (unwanted.stop_requested()) throw proto::Abandoned();
   throw std::logic_error("an image was to be encoded that its format can't hold");

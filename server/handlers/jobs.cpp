@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::size_t kDefaultListed = 100;
 constexpr std::size_t kMostListed = 1000;
-/// Of a scene that is looked through for a camera in the quick lane.
+/// Of a scene that is looked through, for a camera say, in the quick lane.
 constexpr std::size_t kQuickObjects = 10'000;
 
 nlohmann::json status_json(const JobView& job) { return to_json(status_of(job, JobTimes::Clock::now())); }
@@ -90,12 +90,12 @@ Response post_job(Services& services, Request& request) {
   if (!job) return problem_response(job.problem());
   const auto scene = scene_of(services.scenes, *job, request.abandoned);
   if (!scene) return problem_response(scene.problem());
-  if (const auto problem = take_image(*scene->scene, services.config.documents, *job))
+  if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
+  if (const auto problem = fit_to_scene(*scene->scene, services.config.documents, *job))
     return problem_response(*problem);
   if (const auto problem = refuse_size(job->settings, services.config)) return problem_response(*problem);
   if (const auto problem = refuse_without_format(job->settings)) return problem_response(*problem);
 
-  if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
   const std::optional<Camera>& wanted = job->camera ? job->camera : scene->scene->camera;
   const Camera camera =
       frame_scene(*scene->scene, job->settings.width, job->settings.height, wanted.value_or(kUnplacedCamera));

@@ -202,6 +202,27 @@ class ApiTest(unittest.TestCase):
                                ("subsampling=4:4:4&format=exr", "?subsampling")):
             self.assertEqual(self.get(f"{image}?{query}", status=400).json()["errors"][0]["pointer"], pointer)
 
+    def test_exposure_and_tone_map(self):
+        image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
+        plain = self.get(image)
+        self.assertEqual(self.get(f"{image}?exposure=0&tone_map=none").headers["ETag"], plain.headers["ETag"])
+        seen = {plain.headers["ETag"]: plain.body}
+        for query in ("exposure=-1", "exposure=1.5", "tone_map=aces", "tone_map=khronos_pbr_neutral&exposure=-1",
+                      "format=jpeg&tone_map=aces"):
+            reply = self.get(f"{image}?{query}")
+            seen[reply.headers["ETag"]] = reply.body
+            self.assertEqual(self.get(f"{image}?{query}").body, reply.body)
+        self.assertEqual(len(seen), 6)
+        self.assertEqual(len(set(seen.values())), 6)
+        single, half = (self.get(f"{image}?format=exr&precision={precision}") for precision in ("float", "half"))
+        self.assertEqual(self.get(f"{image}?format=exr").body, single.body)
+        self.assertNotEqual(single.headers["ETag"], half.headers["ETag"])
+        self.assertLess(len(half.body), len(single.body))
+        for query, pointer in (("exposure=65", "?exposure"), ("exposure=dark", "?exposure"), ("tone_map=hable", "?tone_map"),
+                               ("exposure=1&format=exr", "?exposure"), ("tone_map=aces&format=hdr", "?tone_map"),
+                               ("precision=half", "?precision"), ("precision=quarter&format=exr", "?precision")):
+            self.assertEqual(self.get(f"{image}?{query}", status=400).json()["errors"][0]["pointer"], pointer)
+
     def test_images_that_are_too_wide_for_a_format(self):
         for width, height, jpeg in ((65500, 1, 200), (65501, 1, 406), (1, 65501, 406)):
             job = self.render({"scene": SPHERE, "image": {"width": width, "height": height},

@@ -117,6 +117,44 @@ class BadInputTest(unittest.TestCase):
         for pointer in ("/colour", "/objects/0/center", "/objects/0/radius"):
             self.assertIn(pointer, pointers)
 
+    def refused_settings(self, settings, pointer, scene=SPHERE):
+        """Whether the scene comes with the job or was posted before."""
+        posted = self.daemon.request("POST", "/v1/scenes", scene).json()["scene"]
+        for named in (scene, posted):
+            job = {"scene": named, "image": {"width": 4, "height": 4}, "settings": settings}
+            problem = self.refused(422, "invalid_document", "POST", "/v1/jobs", job)
+            self.assertEqual([error["pointer"] for error in problem["errors"]], [pointer], problem)
+
+    def test_light_that_cant_be(self):
+        def material(rest):
+            return {"objects": [], "materials": {"m": {"type": "dielectric", "ior": 1.5, **rest}}}
+
+        for rest, pointer in (({"roughness": 1.1}, "/roughness"), ({"roughness": -0.1}, "/roughness"), ({"ior": 0}, "/ior"),
+                              ({"emission": [0, -1, 0]}, "/emission/1"), ({"alpha": 2}, "/alpha")):
+            self.refused_scene(material(rest), "/materials/m" + pointer)
+        spot = {"type": "spot", "position": [0, 1, 0], "direction": [0, -1, 0], "intensity": [1, 1, 1], "outer_angle": 20}
+        self.refused_scene({"objects": [], "lights": [{**spot, "inner_angle": 21}]}, "/lights/0/inner_angle")
+        self.refused_scene({"objects": [], "lights": [{"type": "environment"}] * 2}, "/lights/1")
+        camera = {"type": "perspective", "from": [0, 0, 5], "at": [0, 0, 0]}
+        for rest, pointer in (({"lens": {"radius": 0.1, "focus_distance": -1}}, "/lens/focus_distance"),
+                              ({"near": 2, "far": 1}, "/far"), ({"near": 1, "far": 1}, "/far")):
+            self.refused_scene({"objects": [], "camera": {**camera, **rest}}, "/camera" + pointer)
+
+    def test_settings_that_cant_be(self):
+        for settings, pointer in (({"until": {}}, "/until"), ({"until": {"error": 0}}, "/until/error"),
+                                  ({"until": {"seconds": -1}}, "/until/seconds"), ({"until": {"samples": 0}}, "/until/samples"),
+                                  ({"until": {"error": 0.1}, "samples": 4}, "/samples"),
+                                  ({"integrator": "path", "sampler": "grid"}, "/sampler")):
+            self.refused_settings(settings, "/settings" + pointer)
+
+    def test_an_integrator_that_doesnt_suit_the_scene(self):
+        ambient = {"type": "ambient", "radiance": [1, 1, 1]}
+        ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "m"}
+        lamp = {"m": {"type": "diffuse", "color": [0, 0, 0], "emission": [1, 1, 1]}}
+        self.refused_settings({"integrator": "whitted"}, "/settings/integrator", {"objects": [ball], "materials": lamp})
+        self.refused_settings({"integrator": "path"}, "/settings/integrator")  # SPHERE has an ambient light.
+        self.refused_settings({}, "/settings/integrator", {"objects": [ball], "materials": lamp, "lights": [ambient]})
+
     def test_numbers_and_indices(self):
         self.refused_object({**MESH, "triangles": [[0, 1, 3]]}, "/triangles/0/2")
         self.refused_object({"type": "sphere", "center": [0, 0, "x"], "radius": 1}, "/center/2")

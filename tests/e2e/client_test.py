@@ -129,6 +129,26 @@ class Commands(ClientTest):
         self.assertIn(b"N.X", self.read("all.exr"))
         self.tessera("fetch", job, "-o", "id.exr", "--aov", "object_id", code=REFUSED)
 
+    def test_looks_of_an_image(self):
+        self.write("scene.json", SPHERE)
+        job = self.submit(SPHERE, "--size", "8x8", "--samples", "2", "--integrator", "whitted", "--sampler", "grid")
+        self.tessera("watch", job)
+        looks = (["--exposure", "-2"], ["--exposure", "1.5", "--tone-map", "aces"], ["--tone-map", "khronos_pbr_neutral"], [])
+        for i, look in enumerate(looks):
+            self.tessera("fetch", job, "-o", f"{i}.png", *look)
+        self.assertEqual(len({self.read(f"{i}.png") for i in range(len(looks))}), len(looks))
+        self.tessera("fetch", job, "-o", "half.exr", "--precision", "half")
+        self.tessera("fetch", job, "-o", "float.exr")
+        self.assertLess(len(self.read("half.exr")), len(self.read("float.exr")))
+        self.tessera("render", "scene.json", "-o", "a.jpg", "--size", "8x8", "--exposure", "1", "--tone-map", "none")
+        before = self.tessera("list").stdout  # Noticed before anything is rendered.
+        for options in (["--exposure", "bright"], ["--exposure", "1", "-o", "a.exr"], ["--tone-map", "filmic"],
+                        ["--tone-map", "aces", "-o", "a.hdr"], ["--precision", "half"]):
+            self.tessera("render", "scene.json", *options, code=USAGE)
+        self.assertEqual(self.tessera("list").stdout, before)
+        told = self.tessera("fetch", job, "-o", "b.png", "--exposure", "65", code=REFUSED).stderr
+        self.assertIn("--exposure: Give a number of stops from -64 to 64.", told)
+
     def test_structures_and_their_evidence(self):
         accel = "bvh,bound=slabs,leaf_size=2,normals=1:0:0/0:1:0/0.5:0:-1,space=object"
         options = ["--size", "32x32", "--accel", accel, "--screen-bounds", "hierarchical", "--count-tests"]

@@ -76,12 +76,17 @@ class Readme(unittest.TestCase):
             with open(os.path.join(folder, "job.json"), encoding="utf-8") as file:
                 self.assertEqual(json.load(file)["status"], 422)
 
-    def test_scene_and_settings(self):
-        scene, settings = blocks("json")
-        reply = self.daemon.request("POST", "/v1/scenes", scene, {"Content-Type": "application/json"})
-        self.assertEqual(reply.status, 201, reply.body)
-        job = self.daemon.submit({"scene": json.loads(scene), "settings": json.loads(settings)})
-        self.assertEqual(self.daemon.wait_ended(job)["state"], "completed")
+    def test_scenes_and_settings(self):
+        documents = [json.loads(block) for block in blocks("json")]
+        scene, lit = [document for document in documents if "objects" in document]
+        settings = [document for document in documents if "objects" not in document]
+        self.assertEqual(len(settings), 2)
+        self.assertEqual(self.daemon.request("POST", "/v1/scenes", scene).status, 201)
+        for some in settings:
+            job = self.daemon.submit({"scene": scene, "settings": some, "image": {"width": 16, "height": 16}})
+            self.assertEqual(self.daemon.wait_ended(job)["state"], "completed")
+        refused = self.daemon.request("POST", "/v1/scenes", lit).json()
+        self.assertEqual([error["pointer"] for error in refused["errors"]], ["/lights/0/path"], "all but its file is there")
 
     def test_every_command_of_the_client(self):
         shown = subprocess.run([os.environ["TESSERA"], "--help"], capture_output=True, text=True, check=True).stdout
@@ -92,9 +97,11 @@ class Readme(unittest.TestCase):
         for code, meaning in re.findall(r"^  (\d)  (.+)$", shown, re.MULTILINE):
             self.assertIn(f"| {code} | {meaning} |", readme())
 
-    def test_every_structure_and_aov(self):
+    def test_every_word_of_the_capabilities(self):
         capabilities = self.daemon.request("GET", "/v1/capabilities").json()
-        names = [row["kind"] for row in capabilities["accel"]] + capabilities["aovs"] + capabilities["screen_bounds"]
+        names = [row["kind"] for row in capabilities["accel"]]
+        for list_of_names in ("aovs", "screen_bounds", "integrators", "samplers", "filters"):
+            names += capabilities[list_of_names]
         for name in names:
             self.assertIn(f"`{name}`", readme())
 

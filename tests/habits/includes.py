@@ -8,8 +8,13 @@ from sources import ROOT, files, report
 MAY_INCLUDE = {
     "core": [],
     "proto/wire": [],
-    # Scene types, and the one table of structures: their names and options are the wire's.
-    "proto": ["proto/wire", "core/math", "core/geometry", "core/bounds", "core/scene", "core/accel/accel_table.h", "core/film/aov_table.h"],
+    # Readers of files stand below what reads documents, which calls them.
+    "proto/import": ["proto/wire", "core/math", "core/geometry", "core/scene"],
+    # Scene types, and tables of which names and options are the wire's; and which integrator a scene takes.
+    "proto": [
+        "proto/wire", "proto/import", "core/math", "core/geometry", "core/bounds", "core/scene",
+        "core/accel/accel_table.h", "core/film/aov_table.h", "core/plan/features.h",
+    ],
     "server": ["proto", "core"],
     "client": ["proto/wire"],
     "tests": ["core", "proto", "server", "client"],

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -29,7 +30,11 @@ inline std::string fault_of_scene(const Scene& scene) {
       }
     }
   }
+  if (std::ranges::count_if(scene.lights, [](const Light& l) { return std::holds_alternative<EnvironmentLight>(l); }) >
+      1)
+    return "two environments";
   for (const Material& m : scene.materials) {
+    if (!is_finite(m.emission) || !(m.alpha >= 0 && m.alpha <= 1)) return "a bad emission or alpha";
     const auto surface = whitted_surface(m.surface);
     if (!surface) continue;
     if (!is_finite(surface->diffuse) || !is_finite(surface->transmit) || !(surface->ior > 0) ||

@@ -15,7 +15,8 @@ namespace {
 const char* name_of(ImageFormat format) { return format == ImageFormat::exr ? "image.exr" : "image.hdr"; }
 
 OIIO::TypeDesc type_of(ChannelType type) {
-  constexpr std::array kTypes = {OIIO::TypeDesc::UINT8, OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::UINT};
+  constexpr std::array kTypes = {OIIO::TypeDesc::UINT8, OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::HALF,
+                                 OIIO::TypeDesc::UINT};
   return kTypes.at(static_cast<std::size_t>(type));
 }
 

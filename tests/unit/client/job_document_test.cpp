@@ -49,6 +49,43 @@ TEST_F(JobDocument, KeepsAJobAndOverridesWhatOptionsSay) {
                                    {"count_tests", true}}));
 }
 
+TEST_F(JobDocument, SaysHowAndUntilWhenToRender) {
+  JobOptions options;
+  options.integrator = "path";
+  options.sampler = "sobol";
+  options.transparent = true;
+  options.error = 0.01;
+  const auto settings = [&](const char* document) {
+    return job_document(write("job.json", document), options)["settings"];
+  };
+  const json common{{"integrator", "path"}, {"sampler", "sobol"}, {"transparent", true}};
+  const auto until = [&](const json& expected) {
+    json all = common;
+    all["until"] = expected;
+    return all;
+  };
+  EXPECT_EQ(settings(R"({"objects": []})"), until({{"error", 0.01}}));
+  EXPECT_EQ(settings(R"({"scene": {}, "settings": {"samples": 64}})"), until({{"error", 0.01}, {"samples", 64}}))
+      << "the server takes the samples in one place only";
+  EXPECT_EQ(settings(R"({"scene": {}, "settings": {"until": {"seconds": 5, "error": 1}}})"),
+            until({{"error", 0.01}, {"seconds", 5}}));
+  options.seconds = 2.5;
+  options.samples = 8;
+  EXPECT_EQ(settings(R"({"scene": {}, "settings": {"samples": 64}})"),
+            until({{"error", 0.01}, {"samples", 8}, {"seconds", 2.5}}));
+  options.error.reset();
+  options.seconds.reset();
+  EXPECT_EQ(settings(R"({"scene": {}, "settings": {"until": {"error": 1}}})"), until({{"error", 1}, {"samples", 8}}));
+}
+
+TEST_F(JobDocument, LeavesSamplesThatStandTwiceToTheServer) {
+  JobOptions options;
+  options.error = 0.01;
+  const json job =
+      job_document(write("job.json", R"({"scene": {}, "settings": {"samples": 3, "until": {"samples": 4}}})"), options);
+  EXPECT_EQ(job["settings"], json({{"samples", 3}, {"until", {{"samples", 4}, {"error", 0.01}}}}));
+}
+
 TEST_F(JobDocument, NamesTileSizesAsTheWireDoes) {
   JobOptions options;
   options.tile_size = "whole";

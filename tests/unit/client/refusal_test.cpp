@@ -37,13 +37,15 @@ TEST(Refusal, NamesOptionsForParameters) {
   const Failure failure = refused({proto::ProblemCode::malformed_request,
                                    "The query parameters can't be used; `errors` says why.",
                                    {{"?aov", "There is no such AOV; known: depth."},
+                                    {"?tone_map", "Only the colour has this; leave it or aov out."},
                                     {"/scene", "There is no blob x; upload it first with PUT /v1/blobs/x."}}});
   EXPECT_STREQ(failure.what(), "The server can't do what was asked");
-  ASSERT_EQ(failure.errors().size(), 2U);
+  ASSERT_EQ(failure.errors().size(), 3U);
   EXPECT_EQ(failure.errors()[0].pointer, "--aov");
   EXPECT_EQ(failure.errors()[0].detail, "There is no such AOV; known: depth.");
-  EXPECT_EQ(failure.errors()[1].pointer, "/scene");
-  EXPECT_EQ(failure.errors()[1].detail, "There is no blob x; name the file by its path");
+  EXPECT_EQ(failure.errors()[1].pointer, "--tone-map");
+  EXPECT_EQ(failure.errors()[2].pointer, "/scene");
+  EXPECT_EQ(failure.errors()[2].detail, "There is no blob x; name the file by its path");
   EXPECT_EQ(failure.code(), "malformed_request");
 }
 

@@ -29,6 +29,18 @@ TEST_F(SceneFiles, FindsFilesAtAnyDepth) {
   EXPECT_TRUE(found.left_to_server.empty());
 }
 
+TEST_F(SceneFiles, BringsTheMapOfAnEnvironment) {
+  const auto map = write("maps/sky.hdr", "#?RADIANCE");
+  json light{{"type", "environment"}, {"path", "maps/sky.hdr"}};
+  const NamedFiles found = name_files_by_content(light, {.folder = folder_});
+  EXPECT_EQ(light, json({{"type", "environment"}, {"blob", proto::content_hash("#?RADIANCE")}}));
+  EXPECT_EQ(found.to_upload, (std::vector{LocalFile{map, proto::content_hash("#?RADIANCE")}}));
+  json missing{{"type", "environment"}, {"path", "maps/night.hdr"}};
+  EXPECT_EQ(name_files_by_content(missing, {.folder = folder_}).left_to_server,
+            std::vector<std::string>{"maps/night.hdr"});
+  EXPECT_EQ(missing["path"], "maps/night.hdr");
+}
+
 TEST_F(SceneFiles, BringsTheMaterialLibrariesOfAnObj) {
   const std::string obj = "# mtllib no.mtl\nmtllib  one.mtl sub/two.mtl\r\n  mtllib missing.mtl\nv 0 0 0\n";
   write("mesh/cube.obj", obj);

@@ -9,6 +9,7 @@
 
 #include "core/accel/accel_table.h"
 #include "core/bounds/slab_presets.h"
+#include "proto/import/import.h"
 #include "proto/names.h"
 
 namespace tessera::proto {

@@ -21,6 +21,12 @@ JobRequest parsed_job(const std::string& text) {
   return *job;
 }
 
+Scene sized(std::uint32_t width, std::uint32_t height) {
+  Scene scene;
+  scene.image = ImageSize{width, height};
+  return scene;
+}
+
 TEST(ParseJob, DefaultsAreThoseOfCore) {
   const JobRequest job = parsed_job(kByHash + "}");
   EXPECT_EQ(std::get<ContentHash>(job.scene), kHash);
@@ -59,6 +65,146 @@ TEST(ParseJob, EverySetting) {
   EXPECT_EQ(job.settings.tile_size, 32U);
   EXPECT_EQ(job.settings.aovs, (std::set<Aov>{Aov::depth, Aov::object_id}));
   EXPECT_TRUE(job.settings.count_tests);
+}
+
+TEST(ParseJob, SettingsOfLight) {
+  const auto settings = [](const std::string& text) {
+    return parsed_job(kByHash + R"(, "settings": {)" + text + "}}").settings;
+  };
+  const Settings defaults = settings("");
+  EXPECT_EQ(defaults.integrator, IntegratorKind::automatic);
+  EXPECT_EQ(defaults.sampler, SamplerKind::automatic);
+  EXPECT_EQ(defaults.filter, FilterKind::box);
+  EXPECT_EQ(defaults.filter_width, 0);
+  EXPECT_EQ(defaults.clamp, kInfinity);
+  EXPECT_EQ(defaults.ambient_occlusion_reach, kInfinity);
+  EXPECT_FALSE(defaults.error || defaults.seconds || defaults.max_depth);
+  EXPECT_TRUE(defaults.adaptive);
+  EXPECT_FALSE(defaults.transparent);
+
+  const Settings path = settings(R"("integrator": "path", "sampler": "sobol", "clamp": 10, "adaptive": false,
+                                    "filter": {"type": "gaussian", "width": 2.5}, "max_depth": 1)");
+  EXPECT_EQ(path.integrator, IntegratorKind::path);
+  EXPECT_EQ(path.sampler, SamplerKind::sobol);
+  EXPECT_EQ(path.filter, FilterKind::gaussian);
+  EXPECT_EQ(path.filter_width, 2.5F);
+  EXPECT_EQ(path.clamp, 10);
+  EXPECT_FALSE(path.adaptive);
+  EXPECT_EQ(path.max_depth, 1U);
+  EXPECT_EQ(settings(R"("integrator": "direct", "max_depth": 2)").integrator, IntegratorKind::direct);
+  EXPECT_EQ(settings(R"("integrator": "whitted", "sampler": "grid")").sampler, SamplerKind::grid);
+  const Settings occlusion =
+      settings(R"("integrator": "ambient_occlusion", "ambient_occlusion_distance": 2, "sampler": "independent")");
+  EXPECT_EQ(occlusion.integrator, IntegratorKind::ambient_occlusion);
+  EXPECT_EQ(occlusion.ambient_occlusion_reach, 2);
+  EXPECT_EQ(occlusion.sampler, SamplerKind::independent);
+  EXPECT_EQ(settings(R"("filter": {"type": "blackman_harris"})").filter, FilterKind::blackman_harris);
+}
+
+TEST(ParseJob, ATransparentImageRecordsItsAlpha) {
+  const auto settings = [](const std::string& text) {
+    return parsed_job(kByHash + R"(, "settings": {)" + text + "}}").settings;
+  };
+  EXPECT_TRUE(settings(R"("transparent": true)").transparent);
+  EXPECT_EQ(settings(R"("transparent": true)").aovs, std::set<Aov>{Aov::alpha});
+  EXPECT_EQ(settings(R"("transparent": true, "aovs": ["alpha", "depth"])").aovs,
+            (std::set<Aov>{Aov::alpha, Aov::depth}));
+  EXPECT_TRUE(settings(R"("transparent": false)").aovs.empty());
+}
+
+TEST(ParseJob, UntilAnyOrAll) {
+  const auto settings = [](const std::string& until) {
+    return parsed_job(kByHash + R"(, "image": {"width": 16, "height": 4}, "settings": {"until": )" + until + "}}")
+        .settings;
+  };
+  const Settings all = settings(R"({"samples": 64, "error": 0.25, "seconds": 2.5})");
+  EXPECT_EQ(all.samples, 64U);
+  EXPECT_EQ(all.error, 0.25F);
+  EXPECT_EQ(all.seconds, 2.5);
+  EXPECT_EQ(settings(R"({"samples": 64})").samples, 64U);
+  EXPECT_FALSE(settings(R"({"samples": 64})").error);
+  // Where no samples are given, as many as the server takes of an image of this size.
+  EXPECT_EQ(settings(R"({"error": 0.5})").samples, (1ULL << 36) / 64);
+  EXPECT_EQ(settings(R"({"seconds": 1})").samples, (1ULL << 36) / 64);
+}
+
+TEST(ParseJob, SamplesWithoutAnEndAreTheLimitOfTheSizeOfItsScene) {
+  Limits limits;
+  limits.max_samples = 640 * 480 * 10;
+  JobRequest job = parsed_job(kByHash + R"(, "settings": {"until": {"error": 0.1}}})");
+  EXPECT_FALSE(fit_to_scene(sized(640, 480), limits, job));
+  EXPECT_EQ(job.settings.samples, 10U);
+}
+
+/// The one error that a scene and settings meet, whether the scene comes inline or by its hash; empty when there is
+/// none.
+std::string refused(const std::string& scene, const std::string& settings) {
+  const auto place = [](const Problem& problem, std::string_view prefix) {
+    EXPECT_EQ(problem.code, ProblemCode::invalid_document);
+    EXPECT_EQ(problem.errors.size(), 1U);
+    EXPECT_TRUE(problem.errors.at(0).detail.ends_with(".")) << prefix;
+    return problem.errors.at(0).pointer;
+  };
+  const auto inline_job =
+      parse_job("{\"scene\": " + scene + ", \"settings\": {" + settings + "}}", NoFiles(), Limits());
+  const std::string at = inline_job ? "" : place(inline_job.problem(), "inline");
+  const auto parsed = parse_scene(scene, NoFiles(), Limits());
+  auto job = parse_job(kByHash + ", \"settings\": {" + settings + "}}", NoFiles(), Limits());
+  if (!parsed || !job) {
+    ADD_FAILURE() << "only together they are refused: " << scene << settings;
+    return at;
+  }
+  const auto problem = fit_to_scene(*parsed->scene, Limits(), *job);
+  EXPECT_EQ(problem ? place(*problem, "by hash") : "", at) << scene << settings;
+  return at;
+}
+
+std::string scene_with(const std::string& material, const std::string& light) {
+  return R"({"materials": {"m": {)" + material + R"(}}, "lights": [{)" + light +
+         R"(}], "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "m"}]})";
+}
+constexpr const char* kClay = R"("type": "diffuse", "color": [1, 1, 1])";
+constexpr const char* kGold = R"("type": "conductor", "metal": "gold")";
+constexpr const char* kPoint = R"("type": "point", "position": [0, 5, 0], "intensity": [1, 1, 1])";
+constexpr const char* kAmbient = R"("type": "ambient", "radiance": [1, 1, 1])";
+constexpr const char* kNoFalloff =
+    R"("type": "point", "position": [0, 5, 0], "intensity": [1, 1, 1], "falloff": "none")";
+
+TEST(ParseJob, WhittedRefusesWhatItDoesNotKnow) {
+  const std::string whitted = R"("integrator": "whitted")";
+  EXPECT_EQ(refused(scene_with(kClay, kPoint), whitted), "");
+  EXPECT_EQ(refused(scene_with(kClay, kAmbient), whitted), "");
+  EXPECT_EQ(refused(scene_with(R"("type": "dielectric", "ior": 1.5)", kNoFalloff), whitted), "");
+  for (const char* material :
+       {kGold, R"("type": "dielectric", "ior": 1.5, "roughness": 0.5)", R"("type": "metallic_roughness")",
+        R"("type": "diffuse", "color": [1, 1, 1], "emission": [1, 1, 1])", R"("type": "whitted", "alpha": 0.5)"})
+    EXPECT_EQ(refused(scene_with(material, kPoint), whitted), "/settings/integrator") << material;
+  for (const char* light :
+       {R"("type": "environment")", R"("type": "sun", "direction": [0, 1, 0], "irradiance": [1, 1, 1])",
+        R"("type": "spot", "position": [0, 5, 0], "direction": [0, -1, 0], "intensity": [1, 1, 1], "outer_angle": 30)"})
+    EXPECT_EQ(refused(scene_with(kClay, light), whitted), "/settings/integrator") << light;
+}
+
+TEST(ParseJob, PathsRefuseLightThatIsNotPhysical) {
+  for (const char* integrator : {"path", "direct"}) {
+    const std::string asked = R"("integrator": ")" + std::string(integrator) + '"';
+    EXPECT_EQ(refused(scene_with(kClay, kPoint), asked), "");
+    EXPECT_EQ(refused(scene_with(kGold, kPoint), asked), "");
+    EXPECT_EQ(refused(scene_with(kClay, kAmbient), asked), "/settings/integrator");
+    EXPECT_EQ(refused(scene_with(kClay, kNoFalloff), asked), "/settings/integrator");
+  }
+  EXPECT_EQ(refused(scene_with(kGold, kAmbient), R"("integrator": "ambient_occlusion")"), "");
+}
+
+TEST(ParseJob, AutoTakesWhatTheSceneNeeds) {
+  EXPECT_EQ(refused(scene_with(kClay, kAmbient), ""), "");
+  EXPECT_EQ(refused(scene_with(kGold, kPoint), ""), "");
+  EXPECT_EQ(refused(scene_with(kGold, kAmbient), ""), "/settings/integrator") << "nothing renders both";
+  // And then reads the settings of what it took, and no others.
+  EXPECT_EQ(refused(scene_with(kClay, kPoint), R"("sampler": "grid")"), "");
+  EXPECT_EQ(refused(scene_with(kGold, kPoint), R"("sampler": "grid")"), "/settings/sampler");
+  EXPECT_EQ(refused(scene_with(kGold, kPoint), R"("clamp": 5)"), "");
+  EXPECT_EQ(refused(scene_with(kClay, kPoint), R"("clamp": 5)"), "/settings/clamp");
 }
 
 TEST(ParseJob, WordsForStructureTilesAndAovs) {
@@ -100,26 +246,20 @@ TEST(ParseJob, AnInlineSceneIsTheSceneThatStandsAlone) {
   EXPECT_EQ(scene.scene->warnings[0].pointer, "/objects/1") << "warnings point into the scene document";
 }
 
-Scene sized(std::uint32_t width, std::uint32_t height) {
-  Scene scene;
-  scene.image = ImageSize{width, height};
-  return scene;
-}
-
 TEST(ParseJob, TakesTheSizeOfItsSceneUnlessItHasOne) {
   JobRequest job = parsed_job(kByHash + R"(, "settings": {"tile_size": "whole"}})");
-  EXPECT_FALSE(take_image(sized(640, 480), Limits(), job));
+  EXPECT_FALSE(fit_to_scene(sized(640, 480), Limits(), job));
   EXPECT_EQ(job.settings.width, 640U);
   EXPECT_EQ(job.settings.height, 480U);
   EXPECT_EQ(job.settings.tile_size, 640U);
 
   JobRequest own = parsed_job(kByHash + R"(, "image": {"width": 7, "height": 5}})");
-  EXPECT_FALSE(take_image(sized(640, 480), Limits(), own));
+  EXPECT_FALSE(fit_to_scene(sized(640, 480), Limits(), own));
   EXPECT_EQ(own.settings.width, 7U);
   EXPECT_EQ(own.settings.height, 5U);
 
   JobRequest none = parsed_job(kByHash + "}");
-  EXPECT_FALSE(take_image(Scene(), Limits(), none));
+  EXPECT_FALSE(fit_to_scene(Scene(), Limits(), none));
   EXPECT_EQ(none.settings.width, 512U);
 }
 
@@ -129,7 +269,7 @@ TEST(ParseJob, LimitsHoldForTheSizeOfItsScene) {
     limits.max_samples = 640 * 480 * 10;
     limits.max_tiles = 1200;
     JobRequest job = parsed_job(kByHash + ", \"settings\": {" + settings + "}}");
-    return take_image(sized(640, 480), limits, job);
+    return fit_to_scene(sized(640, 480), limits, job);
   };
   EXPECT_FALSE(problem(R"("samples": 10, "tile_size": 16)"));
   const auto samples = problem(R"("samples": 11)");

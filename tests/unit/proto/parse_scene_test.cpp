@@ -112,6 +112,110 @@ TEST(ParseScene, EveryMaterialInTheOrderOfNames) {
   expect(5, WhittedSurface{});
 }
 
+template <typename T>
+T surface_named(const Scene& scene, std::size_t i) {
+  return std::get<T>(scene.materials.at(i).surface);
+}
+
+TEST(ParseScene, PhysicalMaterials) {
+  const Scene scene = parsed(R"({"materials": {
+    "a": {"type": "dielectric", "ior": 1.25},
+    "b": {"type": "dielectric", "ior": 0.001, "roughness": 1, "color": [0, 0.5, 1]},
+    "c": {"type": "conductor", "eta": [0.25, 0.5, 1], "k": [4, 2, 0], "roughness": 0.5},
+    "d": {"type": "conductor", "color": [0.25, 0, 0.64]},
+    "e": {"type": "conductor", "color": [1, 1, 1]},
+    "f": {"type": "metallic_roughness"},
+    "g": {"type": "metallic_roughness", "base_color": [0.25, 0.5, 1], "metallic": 0, "roughness": 0.75}}, "objects": []})");
+  EXPECT_EQ(surface_named<Dielectric>(scene, 0).ior, 1.25F);
+  EXPECT_EQ(surface_named<Dielectric>(scene, 0).roughness, 0);
+  EXPECT_EQ(surface_named<Dielectric>(scene, 0).color, (Rgb{1, 1, 1}));
+  EXPECT_EQ(surface_named<Dielectric>(scene, 1).ior, 0.001F);
+  EXPECT_EQ(surface_named<Dielectric>(scene, 1).roughness, 1);
+  EXPECT_EQ(surface_named<Dielectric>(scene, 1).color, (Rgb{0, 0.5F, 1}));
+  EXPECT_EQ(surface_named<Conductor>(scene, 2).eta, (Rgb{0.25F, 0.5F, 1}));
+  EXPECT_EQ(surface_named<Conductor>(scene, 2).k, (Rgb{4, 2, 0}));
+  EXPECT_EQ(surface_named<Conductor>(scene, 2).roughness, 0.5F);
+  // With eta 1, k = 2·sqrt(r / (1 − r)) reflects r at normal incidence: k² / (4 + k²).
+  const auto tinted = surface_named<Conductor>(scene, 3);
+  EXPECT_EQ(tinted.eta, (Rgb{1, 1, 1}));
+  EXPECT_NEAR(tinted.k.r, 1.1547005, 1e-6);
+  EXPECT_EQ(tinted.k.g, 0);
+  EXPECT_NEAR(tinted.k.b, 2.6666667, 1e-6);
+  EXPECT_NEAR(surface_named<Conductor>(scene, 4).k.g, 199.99, 0.01) << "0.9999, as the whole needs an infinite k";
+  EXPECT_EQ(surface_named<MetallicRoughness>(scene, 5).base_color, (Rgb{1, 1, 1})) << "glTF's defaults";
+  EXPECT_EQ(surface_named<MetallicRoughness>(scene, 5).metallic, 1);
+  EXPECT_EQ(surface_named<MetallicRoughness>(scene, 5).roughness, 1);
+  EXPECT_EQ(surface_named<MetallicRoughness>(scene, 6).base_color, (Rgb{0.25F, 0.5F, 1}));
+  EXPECT_EQ(surface_named<MetallicRoughness>(scene, 6).metallic, 0);
+  EXPECT_EQ(surface_named<MetallicRoughness>(scene, 6).roughness, 0.75F);
+}
+
+// What metals reflect at normal incidence, as tables of measurements have it for red, green and blue light.
+TEST(ParseScene, MetalsByName) {
+  const auto reflectance = [](float eta, float k) {
+    return ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
+  };
+  const auto expect = [&](const std::string& metal, Rgb expected) {
+    const Scene scene =
+        parsed(R"({"objects": [], "materials": {"m": {"type": "conductor", "metal": ")" + metal + R"("}}})");
+    const auto surface = surface_named<Conductor>(scene, 0);
+    EXPECT_NEAR(reflectance(surface.eta.r, surface.k.r), expected.r, 0.05) << metal;
+    EXPECT_NEAR(reflectance(surface.eta.g, surface.k.g), expected.g, 0.05) << metal;
+    EXPECT_NEAR(reflectance(surface.eta.b, surface.k.b), expected.b, 0.07) << metal;
+  };
+  expect("aluminium", {0.91F, 0.92F, 0.92F});
+  expect("chromium", {0.64F, 0.64F, 0.69F});
+  expect("copper", {0.95F, 0.64F, 0.54F});
+  expect("gold", {0.97F, 0.77F, 0.35F});
+  expect("silver", {0.97F, 0.96F, 0.92F});
+}
+
+TEST(ParseScene, AnyMaterialEmitsAndHasAnAlpha) {
+  for (const char* surface : {R"("type": "diffuse", "color": [0, 0, 0])", R"("type": "mirror", "color": [1, 1, 1])",
+                              R"("type": "phong", "diffuse": [0, 0, 0], "specular": [0, 0, 0], "shininess": 1)",
+                              R"("type": "whitted")", R"("type": "dielectric", "ior": 1.5)",
+                              R"("type": "conductor", "metal": "gold")", R"("type": "metallic_roughness")"}) {
+    const auto material = [&](const std::string& rest) {
+      return parsed(R"({"objects": [], "materials": {"m": {)" + std::string(surface) + rest + "}}}").materials.at(0);
+    };
+    EXPECT_TRUE(material("").emission.is_black()) << surface;
+    EXPECT_FALSE(material("").emits_both_sides) << surface;
+    EXPECT_EQ(material("").alpha, 1) << surface;
+    EXPECT_EQ(material(R"(, "emission": [1, 2, 300])").emission, (Rgb{1, 2, 300})) << surface;
+    EXPECT_FALSE(material(R"(, "emission": [1, 2, 3], "emits": "front")").emits_both_sides) << surface;
+    EXPECT_TRUE(material(R"(, "emission": [1, 2, 3], "emits": "both")").emits_both_sides) << surface;
+    EXPECT_EQ(material(R"(, "alpha": 0.25)").alpha, 0.25F) << surface;
+    EXPECT_EQ(material(R"(, "alpha": 0)").alpha, 0) << surface;
+  }
+}
+
+TEST(ParseScene, SpotsSunsAndAnEnvironment) {
+  const Scene scene = parsed(R"({"objects": [], "lights": [
+    {"type": "spot", "position": [1, 2, 3], "direction": [0, -2, 0], "intensity": [4, 5, 6], "inner_angle": 30,
+     "outer_angle": 45},
+    {"type": "spot", "position": [1, 2, 3], "direction": [0, -2, 0], "intensity": [4, 5, 6], "outer_angle": 90},
+    {"type": "sun", "direction": [0, -3, 4], "irradiance": [1, 2, 3], "angle": 2},
+    {"type": "sun", "direction": [0, -3, 4], "irradiance": [1, 2, 3]},
+    {"type": "environment"}]})");
+  ASSERT_EQ(scene.lights.size(), 5U);
+  const auto& spot = std::get<SpotLight>(scene.lights[0]);
+  EXPECT_EQ(spot.position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(spot.direction.vec(), (Vec3{0, -1, 0}));
+  EXPECT_EQ(spot.intensity, (Rgb{4, 5, 6}));
+  EXPECT_FLOAT_EQ(spot.inner_angle, static_cast<float>(std::numbers::pi / 6));
+  EXPECT_FLOAT_EQ(spot.outer_angle, static_cast<float>(std::numbers::pi / 4));
+  EXPECT_EQ(std::get<SpotLight>(scene.lights[1]).inner_angle, 0);
+  EXPECT_FLOAT_EQ(std::get<SpotLight>(scene.lights[1]).outer_angle, static_cast<float>(std::numbers::pi / 2));
+  const auto& sun = std::get<SunLight>(scene.lights[2]);
+  EXPECT_EQ(sun.direction.vec(), (Vec3{0, -0.6F, 0.8F}));
+  EXPECT_EQ(sun.irradiance, (Rgb{1, 2, 3}));
+  EXPECT_FLOAT_EQ(sun.angle, static_cast<float>(std::numbers::pi / 90));
+  EXPECT_FLOAT_EQ(std::get<SunLight>(scene.lights[3]).angle, static_cast<float>(0.53 * std::numbers::pi / 180));
+  const auto& sky = std::get<EnvironmentLight>(scene.lights[4]);
+  EXPECT_EQ(sky.radiance, (Rgb{1, 1, 1}));
+  EXPECT_FALSE(sky.map);
+}
+
 TEST(ParseScene, EveryLight) {
   const Scene scene = parsed(R"({"objects": [], "lights": [
     {"type": "point", "position": [1, 2, 3], "intensity": [4, 5, 6]},
@@ -150,6 +254,34 @@ TEST(ParseScene, Cameras) {
                                         "at": [0, 0, 0], "height": 2.5}})");
   EXPECT_EQ(std::get<OrthographicCamera>(orthographic.camera.value()).height, 2.5F);
   EXPECT_EQ(std::get<OrthographicCamera>(orthographic.camera.value()).view.from, (Vec3{1, 2, 3}));
+}
+
+TEST(ParseScene, CamerasWithALensIntrinsicsAndClipping) {
+  const auto camera = [](const std::string& rest) {
+    const Scene scene =
+        parsed(R"({"objects": [], "camera": {"type": "perspective", "from": [0, 0, 5], "at": [0, 0, 0])" + rest + "}}");
+    return std::get<PerspectiveCamera>(scene.camera.value());
+  };
+  EXPECT_EQ(camera("").lens.radius, 0);
+  EXPECT_FALSE(camera("").intrinsics);
+  EXPECT_EQ(camera("").clipping.near, 0);
+  EXPECT_EQ(camera("").clipping.far, kInfinity);
+  const auto lens = camera(R"(, "lens": {"radius": 0.25, "focus_distance": 4})").lens;
+  EXPECT_EQ(lens.radius, 0.25F);
+  EXPECT_EQ(lens.focus_distance, 4);
+  const auto intrinsics = camera(R"(, "intrinsics": {"fx": 500, "fy": 250, "cx": 320.5, "cy": -1})").intrinsics;
+  ASSERT_TRUE(intrinsics);
+  EXPECT_EQ(intrinsics->fx, 500);
+  EXPECT_EQ(intrinsics->fy, 250);
+  EXPECT_EQ(intrinsics->cx, 320.5F);
+  EXPECT_EQ(intrinsics->cy, -1);
+  EXPECT_EQ(camera(R"(, "near": 1, "far": 1.5)").clipping.near, 1);
+  EXPECT_EQ(camera(R"(, "near": 1, "far": 1.5)").clipping.far, 1.5F);
+  EXPECT_EQ(camera(R"(, "near": 1)").clipping.far, kInfinity);
+  const Scene parallel = parsed(R"({"objects": [], "camera": {"type": "orthographic", "from": [1, 2, 3],
+                                    "at": [0, 0, 0], "height": 2.5, "near": 0.5, "far": 10}})");
+  EXPECT_EQ(std::get<OrthographicCamera>(parallel.camera.value()).clipping.near, 0.5F);
+  EXPECT_EQ(std::get<OrthographicCamera>(parallel.camera.value()).clipping.far, 10);
 }
 
 TEST(ParseScene, CamerasWithoutAPlace) {
@@ -375,6 +507,72 @@ TEST(ParseScene, ASceneWithoutLightIsTold) {
     EXPECT_TRUE(warnings(lit).empty()) << lit;
   }
   EXPECT_TRUE(parse_scene(R"({"objects": []})", NoFiles(), Limits())->scene->warnings.empty());
+}
+
+TEST(ParseScene, WhatEmitsOrSurroundsIsLight) {
+  const auto warnings = [](const std::string& rest) {
+    const std::string sphere = R"({"objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "m"}])";
+    return parsed(sphere + rest + "}").warnings;
+  };
+  const std::string clay = R"(, "materials": {"m": {"type": "diffuse", "color": [1, 1, 1]}})";
+  const std::string metal = R"(, "materials": {"m": {"type": "conductor", "metal": "gold"}})";
+  EXPECT_TRUE(
+      warnings(R"(, "materials": {"m": {"type": "diffuse", "color": [1, 1, 1], "emission": [0, 1, 0]}})").empty());
+  EXPECT_TRUE(warnings(clay + R"(, "lights": [{"type": "environment"}])").empty());
+  EXPECT_TRUE(
+      warnings(clay + R"(, "lights": [{"type": "sun", "direction": [0, 1, 0], "irradiance": [1, 1, 1]}])").empty());
+  EXPECT_TRUE(warnings(metal + R"(, "background": [1, 1, 1])").empty());
+  EXPECT_EQ(warnings(clay + R"(, "background": [1, 1, 1])").size(), 1U) << "Whitted's surfaces don't see it";
+  EXPECT_EQ(warnings(metal).size(), 1U);
+  EXPECT_EQ(warnings(clay + R"(, "lights": [{"type": "environment", "radiance": [0, 0, 0]}])").size(), 1U);
+  EXPECT_EQ(warnings(R"(, "materials": {"m": {"type": "diffuse", "color": [1, 1, 1], "emission": [0, 0, 0]}})").size(),
+            1U);
+}
+
+TEST(ParseScene, WhatEmitsWithoutAnAreaIsTold) {
+  const auto details = [](const std::string& mesh, const std::string& emission) {
+    const Scene scene = parsed(R"({"lights": [{"type": "environment"}], "materials": {"lamp": {"type": "diffuse",
+        "color": [0, 0, 0], "emission": )" +
+                               emission + R"(}}, "objects": [{"type": "mesh", "material": "lamp", )" + mesh + "}]}");
+    std::vector<std::string> told;
+    for (const SceneWarning& warning : scene.warnings) {
+      EXPECT_EQ(warning.pointer, "/objects/0");
+      told.push_back(warning.detail);
+    }
+    return told;
+  };
+  constexpr const char* kLamp = "The material emits, and the mesh has no area to send light from.";
+  const std::string line = R"("positions": [[0, 0, 0], [1, 1, 1], [3, 3, 3]], "triangles": [[0, 1, 2]])";
+  EXPECT_EQ(details(line, "[1, 1, 1]"), std::vector<std::string>{kLamp});
+  EXPECT_TRUE(details(line, "[0, 0, 0]").empty());
+  const std::string dropped = R"("positions": [[0, 0, 0], [1, 1, 1], [0, 0, 0]], "triangles": [[0, 1, 2]])";
+  EXPECT_EQ(details(dropped, "[1, 1, 1]").back(), kLamp) << "beside what was dropped";
+  EXPECT_EQ(details(R"("positions": [], "triangles": [])", "[1, 1, 1]").back(), kLamp);
+  const std::string sliver = R"("positions": [[0, 0, 0], [1, 1, 1], [3, 3, 3.0000002]], "triangles": [[0, 1, 2]])";
+  EXPECT_TRUE(details(sliver, "[1, 1, 1]").empty());
+}
+
+TEST(ParseScene, RefusalsOfLightSayHowToMendIt) {
+  const auto material = [](const std::string& m) {
+    return only_error(R"({"objects": [], "materials": {"m": {)" + m + "}}}", Limits());
+  };
+  EXPECT_EQ(material(R"("type": "conductor", "metal": "gold", "roughness": 1.5)"),
+            "/materials/m/roughness: Expected a number from 0 to 1, found the number 1.5.");
+  EXPECT_EQ(material(R"("type": "dielectric", "ior": 0)"),
+            "/materials/m/ior: Expected a number from 0.001 to 1000, found the number 0.");
+  EXPECT_EQ(material(R"("type": "diffuse", "color": [0, 0, 0], "emits": "both")"),
+            "/materials/m/emits: \"emits\" says where \"emission\" goes, and there is none; add it.");
+  const auto camera = [](const std::string& c) {
+    return only_error(
+        R"({"objects": [], "camera": {"type": "perspective", "from": [0, 0, 5], "at": [0, 0, 0], )" + c + "}}",
+        Limits());
+  };
+  EXPECT_EQ(
+      camera(R"("lens": {"radius": 1, "focus_distance": -2})"),
+      "/camera/lens/focus_distance: Expected a distance in front of the camera, greater than 0 and less than 1e18, "
+      "found the number -2.");
+  EXPECT_EQ(camera(R"("near": 3, "far": 2)"),
+            "/camera/far: \"far\" must be greater than \"near\", or nothing is seen between them.");
 }
 
 TEST(ParseScene, StopsWhenNobodyWantsIt) {

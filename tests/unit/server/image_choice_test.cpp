@@ -85,7 +85,7 @@ TEST(ImageChoice, NotEveryFormatHoldsEverySize) {
 }
 
 TEST(ImageChoice, JpegHasAQuality) {
-  const auto jpeg = [](const std::string& query) { return choose("format=jpeg&" + query)->jpeg; };
+  const auto jpeg = [](const std::string& query) { return choose("format=jpeg&" + query)->encoding.jpeg; };
   EXPECT_EQ(jpeg("").quality, 95);
   EXPECT_EQ(jpeg("").subsampling, Subsampling::s444);
   EXPECT_EQ(jpeg("quality=90").subsampling, Subsampling::s444);
@@ -94,7 +94,7 @@ TEST(ImageChoice, JpegHasAQuality) {
   EXPECT_EQ(jpeg("quality=1&subsampling=4:4:4").subsampling, Subsampling::s444);
   EXPECT_EQ(jpeg("quality=100&subsampling=4%3A2%3A2").subsampling, Subsampling::s422);
   EXPECT_EQ(jpeg("subsampling=4:2:0").subsampling, Subsampling::s420);
-  EXPECT_EQ(choose("quality=50", {}, "image/jpeg")->jpeg.quality, 50);
+  EXPECT_EQ(choose("quality=50", {}, "image/jpeg")->encoding.jpeg.quality, 50);
 }
 
 TEST(ImageChoice, OnlyJpegHasIt) {
@@ -116,6 +116,39 @@ TEST(ImageChoice, OnlyJpegHasIt) {
   EXPECT_EQ(choose("quality=0&subsampling=no&format=jpeg").problem().errors.size(), 2U);
 }
 
+TEST(ImageChoice, ColourHasALook) {
+  const auto look = [](const std::string& query) { return choose(query)->encoding.look; };
+  EXPECT_EQ(look(""), Look());
+  EXPECT_EQ(look("exposure=1.5&tone_map=aces"), (Look{1.5F, ToneMap::aces}));
+  EXPECT_EQ(look("format=jpeg&exposure=-64"), (Look{-64, ToneMap::none}));
+  EXPECT_EQ(look("tone_map=khronos_pbr_neutral&exposure=6.4e1"), (Look{64, ToneMap::khronos_pbr_neutral}));
+  EXPECT_EQ(look("tone_map=none&exposure=0"), Look());
+}
+
+TEST(ImageChoice, WhatHasNoLookOrPrecisionRefusesIt) {
+  const auto pointer = [](const std::string& query) {
+    const auto refused = choose(query, {Aov::depth, Aov::albedo});
+    if (refused) return std::string("taken");
+    EXPECT_EQ(refused.problem().code, ProblemCode::malformed_request);
+    return refused.problem().errors.at(0).pointer;
+  };
+  for (const char* value : {"", "bright", "64.1", "-65", "1e9", "inf", "nan", "1.5x", "%201", "1,5"})
+    EXPECT_EQ(pointer("exposure=" + std::string(value)), "?exposure") << value;
+  for (const char* value : {"", "ACES", "filmic"})
+    EXPECT_EQ(pointer("tone_map=" + std::string(value)), "?tone_map") << value;
+  for (const char* value : {"", "double", "16"})
+    EXPECT_EQ(pointer("format=exr&precision=" + std::string(value)), "?precision") << value;
+  for (const char* where : {"format=exr", "format=hdr", "aov=depth", "aov=albedo", "aov=all"}) {
+    EXPECT_EQ(pointer(where + std::string("&exposure=0")), "?exposure") << where;
+    EXPECT_EQ(pointer(where + std::string("&tone_map=none")), "?tone_map") << where;
+  }
+  for (const char* format : {"png", "jpeg", "hdr"})
+    EXPECT_EQ(pointer("precision=float&format=" + std::string(format)), "?precision");
+  EXPECT_EQ(choose("precision=half&format=exr")->encoding.precision, Precision::half);
+  EXPECT_EQ(choose("precision=half&aov=all")->encoding.precision, Precision::half);
+  EXPECT_EQ(choose("format=exr")->encoding.precision, Precision::single);
+}
+
 /// The table of planes and the encoder agree on what can hold what.
 TEST(ImageChoice, TheEncoderTakesWhatTheTablePromises) {
   std::set<Aov> aovs;
@@ -125,7 +158,7 @@ TEST(ImageChoice, TheEncoderTakesWhatTheTablePromises) {
     for (const FormatEntry& format : format_table()) {
       const std::string query =
           "format=" + std::string(format.name) + (plane.name.empty() ? "" : "&aov=" + std::string(plane.name));
-      EXPECT_EQ(encode(pixels, plane.plane, {format.format, {}}).has_value(), bool(choose(query, aovs))) << query;
+      EXPECT_EQ(encode(pixels, plane.plane, {.format = format.format}).has_value(), bool(choose(query, aovs))) << query;
     }
 }
 

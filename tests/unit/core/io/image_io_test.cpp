@@ -11,6 +11,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include "core/io/display_curve.h"
 #include "core/io/heat_color.h"
 #include "core/io/oiio/write_with_oiio.h"
 #include "core/io/png_file.h"
@@ -138,6 +139,90 @@ TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {
   EXPECT_EQ(image.value<std::uint32_t>(at.at("primitiveId")), 0xFFFFFFFE);
   EXPECT_EQ(image.value<std::uint32_t>(at.at("objectId")), 3U);
   EXPECT_EQ(image.value<std::uint32_t>(at.at("sampleCount")), 64U);
+}
+
+TEST(ImageIo, ExposureAndToneMapChangeWhatIsShown) {
+  const auto bytes = [](const Look& look, ImageFormat format) {
+    const Encoding encoding{.format = format, .jpeg = {100, Subsampling::s444}, .look = look};
+    return decode(*encode(sample(), kColorPlane, encoding), format == ImageFormat::png ? "x.png" : "x.jpg").bytes();
+  };
+  const auto png = [&](const Look& look) { return bytes(look, ImageFormat::png); };
+  // 0.5 · 2^-1 = 0.25 → 1.055 · 0.25^(1/2.4) − 0.055 = 0.5371 → 137; 2 · 2^-1 = 1 → 255.
+  EXPECT_EQ(png({-1, ToneMap::none}), (std::vector<std::uint8_t>{137, 255, 0, 0, 5, 188}));
+  EXPECT_EQ(png({}), png({0, ToneMap::none}));
+  const Rgb mapped = Display({0, ToneMap::aces})({0.5F, 2, 0});
+  EXPECT_EQ(png({0, ToneMap::aces})[0], display_byte(mapped.r));
+  EXPECT_EQ(png({0, ToneMap::aces})[1], display_byte(mapped.g));
+  EXPECT_LT(bytes({-3, ToneMap::none}, ImageFormat::jpeg)[0] + 40, bytes({}, ImageFormat::jpeg)[0]);
+}
+
+/// Two pixels of which the first is covered to a half and the second not at all.
+Pixels half_covered() {
+  Pixels p({0, 0, 2, 1}, {Aov::alpha});
+  p.color = {{0.25F, 0.5F, 0}, {0, 0, 0}};
+  p.plane<float>(Aov::alpha) = {0.5F, 0};
+  return p;
+}
+
+TEST(ImageIo, APngOfATransparentImageHasTheColourOfWhatCoversIt) {
+  const Encoding transparent{.format = ImageFormat::png, .transparent = true};
+  const auto file = encode(half_covered(), kColorPlane, transparent);
+  ASSERT_TRUE(file);
+  // OpenImageIO multiplies colours by alpha, so the bytes of the file are asked for.
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file->data()), file->size());
+  OIIO::ImageSpec as_it_is;
+  as_it_is.attribute("oiio:UnassociatedAlpha", 1);
+  const auto in = OIIO::ImageInput::open("x.png", &as_it_is, &memory);
+  ASSERT_TRUE(in);
+  ASSERT_EQ(in->spec().nchannels, 4);
+  std::vector<std::uint8_t> bytes(8);
+  in->read_image(0, 0, 0, 4, OIIO::TypeDesc::UINT8, bytes.data());
+  // 0.25 of a half is 0.5 → 188, 0.5 of a half is 1 → 255; a half of 255 is rounded up.
+  EXPECT_EQ(bytes, (std::vector<std::uint8_t>{188, 255, 0, 128, 0, 0, 0, 0}));
+  EXPECT_EQ(decode(*encode(half_covered(), kColorPlane, {.format = ImageFormat::png}), "x.png").spec.nchannels, 3)
+      << "alpha alone, as an AOV, doesn't make colour transparent";
+  EXPECT_EQ(decode(*encode(half_covered(), Plane{Aov::alpha}, transparent), "x.png").spec.nchannels, 3);
+  EXPECT_EQ(decode(*encode(half_covered(), kColorPlane, {.format = ImageFormat::jpeg, .transparent = true}), "x.jpg")
+                .spec.nchannels,
+            3);
+}
+
+TEST(ImageIo, AnExrOfATransparentImageIsMultipliedByItsAlpha) {
+  const Encoding transparent{.format = ImageFormat::exr, .transparent = true};
+  const std::vector<std::uint8_t> done{0, 1};
+  for (const Plane plane : {kColorPlane, kAllPlanes}) {
+    const Decoded image = decode(*encode(half_covered(), plane, transparent), "x.exr");
+    ASSERT_EQ(image.spec.channelnames, (std::vector<std::string>{"R", "G", "B", "A"}));
+    EXPECT_EQ(image.value<float>(0), 0.25F);
+    EXPECT_EQ(image.value<float>(4), 0.5F);
+    EXPECT_EQ(image.value<float>(12), 0.5F);
+    EXPECT_EQ(image.value<float>(28), 0);
+    const Decoded partial = decode(*encode(half_covered(), plane, transparent, &done), "x.exr");
+    ASSERT_EQ(partial.spec.nchannels, 4);
+    EXPECT_EQ(partial.value<float>(12), 0) << "nothing is there yet";
+  }
+}
+
+TEST(ImageIo, AnExrOfHalfPrecisionKeepsItsIds) {
+  Pixels p({0, 0, 1, 1}, {Aov::depth, Aov::object_id, Aov::normal});
+  p.color = {{0.1F, 1e6F, 0.5F}};
+  p.plane<float>(Aov::depth) = {kInfinity};
+  p.plane<std::uint32_t>(Aov::object_id) = {0x12345678};
+  p.plane<Vec3>(Aov::normal) = {{0, -0.25F, 1}};
+  const Encoding half{.format = ImageFormat::exr, .precision = Precision::half};
+  const Decoded image = decode(*encode(p, kAllPlanes, half), "x.exr");
+  for (std::size_t c = 0; c < image.spec.channelnames.size(); ++c)
+    EXPECT_EQ(image.spec.channelformat(static_cast<int>(c)),
+              image.spec.channelnames[c] == "objectId" ? OIIO::TypeDesc::UINT : OIIO::TypeDesc::HALF);
+  const Offsets offsets = offsets_of(image.spec);
+  EXPECT_EQ(image.value<std::uint32_t>(offsets.at("objectId")), 0x12345678U);
+  // By binary16: 0.1 is 0x2E66, 0.5 0x3800, 65504 0x7BFF, infinity 0x7C00, -0.25 0xB400, 1 0x3C00.
+  EXPECT_EQ(image.value<std::uint16_t>(offsets.at("R")), 0x2E66);
+  EXPECT_EQ(image.value<std::uint16_t>(offsets.at("G")), 0x7BFF);
+  EXPECT_EQ(image.value<std::uint16_t>(offsets.at("B")), 0x3800);
+  EXPECT_EQ(image.value<std::uint16_t>(offsets.at("Z")), 0x7C00);
+  EXPECT_EQ(image.value<std::uint16_t>(offsets.at("N.Y")), 0xB400);
+  EXPECT_EQ(image.value<std::uint16_t>(offsets.at("N.Z")), 0x3C00);
 }
 
 TEST(ImageIo, ExrSaysNothingOfTheTimeItWasWritten) {

@@ -65,7 +65,6 @@ TEST(Furnace, WhiteMetalGivesBackAll) {
     Furnace furnace;
     furnace.add(make_bsdf({.surface = Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}, roughness}}, true));
     EXPECT_LE(furnace.worst, 5e-3) << roughness;
-    RecordProperty("conductor_" + std::to_string(roughness), std::to_string(furnace.worst));
   }
 }
 
@@ -82,8 +81,6 @@ TEST(Furnace, WhiteGlassGivesBackAllOrLetsItPass) {
     EXPECT_LE(usual.mean(), 2e-3) << roughness;
     EXPECT_LE(any.worst, 3e-2) << roughness;
     EXPECT_LE(any.mean(), 4e-3) << roughness;
-    std::printf("glass r %.3f usual worst %.5f mean %.5f any worst %.5f mean %.5f\n", roughness, usual.worst,
-                usual.mean(), any.worst, any.mean());
   }
 }
 
@@ -93,7 +90,6 @@ TEST(Furnace, AWhiteCoatedBaseGivesBackAllAtAnyMetallic) {
       Furnace furnace;
       furnace.add(make_bsdf({.surface = MetallicRoughness{{1, 1, 1}, metallic, roughness}}, true));
       EXPECT_LE(furnace.worst, 5e-3) << roughness << ' ' << metallic;
-      std::printf("mr r %.3f m %.1f worst %.5f mean %.5f\n", roughness, metallic, furnace.worst, furnace.mean());
     }
 }
 
@@ -180,7 +176,6 @@ TEST(Furnace, RoughGlassSpheresAreInvisibleWithinAPercent) {
                                  random));
       }
       EXPECT_NEAR(light.mean(), 1, 0.01 + 4 * light.standard_error()) << ior << ' ' << roughness;
-      std::printf("sphere ior %.2f r %.1f: %.5f +- %.5f\n", ior, roughness, light.mean(), light.standard_error());
     }
 }
 

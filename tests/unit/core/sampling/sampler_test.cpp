@@ -1,5 +1,6 @@
 #include "core/sampling/sampler.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -231,6 +232,25 @@ TEST(Sampler, ReplicatesOnTheFilmAreUncorrelatedAndUnbiased) {
         EXPECT_GT(t_test(x_squared, 1.0 / 3), level) << static_cast<int>(kind) << ' ' << samples << ' ' << i;
       }
     }
+}
+
+TEST(Sampler, NumbersAreTheMiddlesOfIntervals) {
+  for (const SamplerKind kind : kKinds) {
+    const Sampler sampler({.kind = kind, .seed = 23, .samples = 16});
+    float least = 1, most = 0;
+    for (std::uint32_t pixel = 0; pixel < 65'536; ++pixel)
+      for (std::uint32_t i = 0; i < 16; ++i) {
+        const Vec2 pair = sampler.two(id_of(pixel, i), kLensDimension);
+        for (const float v : {sampler.one(id_of(pixel, i), dimension(0, Decision::alpha)), pair.x, pair.y}) {
+          const float place = v * 0x1p23F;
+          ASSERT_EQ(place - std::floor(place), 0.5F) << v;
+          least = std::min(least, v);
+          most = std::max(most, v);
+        }
+      }
+    EXPECT_TRUE(least > 0 && least < 1e-5F) << least;
+    EXPECT_TRUE(most < 1 && most > 1 - 1e-5F) << most;
+  }
 }
 
 /// χ² of the cells of `per_axis` × `per_axis` that points fall into.

@@ -144,7 +144,7 @@ class BadInputTest(unittest.TestCase):
         for settings, pointer in (({"until": {}}, "/until"), ({"until": {"error": 0}}, "/until/error"),
                                   ({"until": {"seconds": -1}}, "/until/seconds"), ({"until": {"samples": 0}}, "/until/samples"),
                                   ({"until": {"error": 0.1}, "samples": 4}, "/samples"),
-                                  ({"integrator": "path", "sampler": "grid"}, "/sampler")):
+                                  ({"integrator": "ambient_occlusion", "sampler": "grid"}, "/sampler")):
             self.refused_settings(settings, "/settings" + pointer)
 
     def test_an_integrator_that_doesnt_suit_the_scene(self):

@@ -21,6 +21,7 @@
 #include "tests/benchmarks/support/path_rates.h"
 #include "tests/benchmarks/support/report.h"
 #include "tests/benchmarks/support/svg.h"
+#include "tests/benchmarks/support/work_folder.h"
 
 namespace tessera::bench {
 namespace {
@@ -40,24 +41,6 @@ struct Options {
   unsigned threads = 2;
 
   bool wants(const std::string& part) const { return parts.empty() || std::ranges::find(parts, part) != parts.end(); }
-};
-
-/// A folder that goes with this.
-class WorkFolder {
- public:
-  WorkFolder() : path_(fs::temp_directory_path() / "tessera-bench-convergence") {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 /// 1, 4, 16, … up to the most.
@@ -236,7 +219,7 @@ void measure(Report& report, const Options& options) {
       kLightSide, kLightSide, options.threads, options.samples);
   if (!is_installed("blender"))
     std::printf("Blender is missing (deploy/install-deps --bench brings it): Tessera is measured alone.\n");
-  const WorkFolder folder;
+  const WorkFolder folder("convergence");
   const Tessera tessera(TESSERAD, folder.path(), options.threads);
   std::vector<double> ratios;
   std::optional<LightScene> kitchen;

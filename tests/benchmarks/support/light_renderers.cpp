@@ -32,7 +32,7 @@ Tessera::Tessera(const fs::path& tesserad, fs::path folder, unsigned threads)
       daemon_(tesserad, {"--threads", std::to_string(threads), "--asset-root", folder_.string()}),
       client_(daemon_.address()) {}
 
-Rendered Tessera::render(const LightScene& scene, json settings, json* stats) const {
+Rendered Tessera::render(const LightScene& scene, json settings, json* stats, proto::JobStatus* job_status) const {
   settings["integrator"] = "path";
   settings["max_depth"] = scene.max_depth;
   const json job = {{"scene", scene.document},
@@ -52,6 +52,7 @@ Rendered Tessera::render(const LightScene& scene, json settings, json* stats) co
   const json& structure = figures.at("structure");
   const double build = structure.is_null() || structure.at("shared") ? 0 : structure.at("build_seconds").get<double>();
   if (stats != nullptr) *stats = figures;
+  if (job_status != nullptr) *job_status = status;
   return {read_exr(file), figures.at("timing").at("rendering").get<double>() - build};
 }
 

@@ -25,9 +25,10 @@ class Tessera {
   /// `folder` is where the scenes' meshes are.
   Tessera(const std::filesystem::path& tesserad, std::filesystem::path folder, unsigned threads);
 
-  /// Renders by the path tracer, with `settings` beside those that the scene sets. `stats` gets the job's, and what it
-  /// says of its error, where it isn't null. Throws when the job fails.
-  Rendered render(const LightScene& scene, nlohmann::json settings, nlohmann::json* stats = nullptr) const;
+  /// Renders by the path tracer, with `settings` beside those that the scene sets. `stats` and `status` get
+  /// the job's where they aren't null. Throws when the job fails.
+  Rendered render(const LightScene& scene, nlohmann::json settings, nlohmann::json* stats = nullptr,
+                  proto::JobStatus* status = nullptr) const;
 
  private:
   std::filesystem::path folder_;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -138,9 +139,8 @@ TEST_P(References, MeansAndPixelsAreMitsubas) {
   const auto off = [&, means_of_theirs = means(reference)](const std::vector<Rgb>& pixels, std::size_t c) {
     return means({reference.width, reference.height, pixels})[c] / means_of_theirs[c] - 1;
   };
-  // Means by the sampler that has less noise, as theirs are off by some, too: cbox-d1's blue is darker than the area
-  // that the lamp fills is. What takes only camera rays takes little time.
-  const std::vector<Rgb> well_spread = renderer.render(SamplerKind::sobol, ignis.max_depth == 1 ? 2048 : samples, 0);
+  // By the sampler that has less noise.
+  const std::vector<Rgb> well_spread = renderer.render(SamplerKind::sobol, samples, 0);
   Estimates ours(reference.width);
   for (std::uint32_t i = 0; i < kRenders; ++i)
     ours.add(renderer.render(SamplerKind::independent, samples / kRenders, i), static_cast<int>(samples / kRenders));
@@ -160,10 +160,27 @@ TEST_P(References, MeansAndPixelsAreMitsubas) {
   std::printf("%-15s", std::string(GetParam()).c_str());
   for (std::size_t c = 0; c < 3; ++c) {
     std::printf(" %+.3f%%", 100 * off(well_spread, c));
+    // Seen alone, the lamp's three means tell one area, but theirs don't: the blue one is too dark by 0.3%
+    // (`KnownArea`).
+    if (GetParam() == "cbox-d1" && c == 2) continue;
     EXPECT_LE(std::abs(off(well_spread, c)), 0.003) << "mean of channel " << c;
   }
   std::printf("  %.3f%% of pixels apart\n", 100 * share);
   EXPECT_LE(share, 0.0025);
+}
+
+TEST(KnownArea, OfTheLampThatIsSeenAlone) {
+  const auto data = shared_data();
+  if (!data) GTEST_SKIP() << "the scenes are not beside this checkout (shared/data/scenes-with-refs)";
+  const std::filesystem::path folder = *data / "scenes-with-refs";
+  const std::vector<Rgb> pixels =
+      Renderer(IgnisReader(folder).read("cbox-d1"), folder, 128).render(SamplerKind::sobol, 1024, 0);
+  // A rectangle 130 wide between 1027 and 1132 from the camera, 275.3 above it: its picture is a trapezoid.
+  const double plane = std::tan(39.3077 / 2 * std::numbers::pi / 180), above = 548.79999 - 0.5 - 273;
+  const double height = above / (1027 * plane) - above / (1132 * plane);
+  const double share = height * (130 / (1027 * plane) + 130 / (1132 * plane)) / 2 / 4;
+  const std::array<double, 3> ours = means({128, 128, pixels}), radiance = {18.387, 10.9873, 2.75357};
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(ours[c] / (share * radiance[c]), 1, 5e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Mitsuba, References, ::testing::ValuesIn(kReferenceScenes), [](const auto& scene) {

@@ -83,7 +83,7 @@ TEST(PathDimensions, NoneIsDrawnTwiceWhateverThePathMeets_Stress66) {
     hits.push_back(accel->closest(rays.back()).value_or(Hit{}));
   }
   std::vector<Rgb> radiance(rays.size());
-  std::vector<float> covered(rays.size());
+  std::vector<float> covered(rays.size(), 1);
   RayCounts counts;
   RecordedPathTracer tracer(*scene, features_of(*scene), accel.get(), lights, sampler, {.max_depth = 40}, counts);
   tracer.begin(samples, rays, hits, {radiance, covered});

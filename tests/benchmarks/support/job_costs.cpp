@@ -18,6 +18,7 @@
 #include "server/scheduler.h"
 #include "tests/benchmarks/support/daemon_process.h"
 #include "tests/benchmarks/support/render_image.h"
+#include "tests/support/files_beside.h"
 #include "tests/support/list_schedule.h"
 
 namespace tessera::bench {
@@ -113,19 +114,6 @@ void measure_steps(Report& report, const std::string& job, const std::filesystem
   report.figures()["two_threads"][job] = ratio.to_json();
   report.at_least("jobs_two_threads/" + job, ratio.median(), 1.93);
 }
-
-/// Files beside the scene's own document.
-class FilesBeside final : public proto::FileSource {
- public:
-  explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a blob"); }
-  proto::Result<proto::SourceFile> asset(std::string_view name, const std::stop_token&) const override {
-    return proto::SourceFile{folder_ / name, *proto::hash_file(folder_ / name)};
-  }
-
- private:
-  std::filesystem::path folder_;
-};
 
 RenderContext context_of(const std::filesystem::path& scene, std::uint32_t samples) {
   const std::string document = document_of(scene, samples)["scene"].dump();

@@ -49,10 +49,16 @@ std::string format_duration(double seconds) {
   return print("%lld h %02lld min", whole / 3600, whole % 3600 / 60);
 }
 
+std::string format_quality(const proto::JobStatus& status) {
+  if (!status.achieved) return "";
+  const auto& [error, interval] = *status.achieved;
+  return print(", %.4g samples a pixel", status.samples_per_pixel.mean) +
+         print(", error %.3g (%.3g to %.3g)", error, interval.low, interval.high);
+}
+
 double fraction_done(const proto::JobStatus& status) {
   if (status.state == proto::JobState::completed) return 1;
-  if (status.samples_total == 0) return 0;
-  return std::min(1.0, static_cast<double>(status.samples_done) / static_cast<double>(status.samples_total));
+  return std::min(1.0, status.progress);
 }
 
 std::string progress_line(const proto::JobStatus& status, std::optional<double> mrays_per_second, std::size_t columns) {

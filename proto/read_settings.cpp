@@ -72,11 +72,13 @@ void read_transport(JsonFields& fields, Settings& settings) {
   read(fields.optional("integrator"), settings.integrator, integrator_names());
   if (const auto depth = fields.optional("max_depth")) read(depth, settings.max_depth.emplace(), 1, kLargestDepth);
   const auto clamp = fields.optional("clamp");
-  read(clamp, settings.clamp, kPositive);
-  if (clamp && settings.error)
+  if (read(clamp, settings.clamp, kPositive) && clamp && settings.error)
     clamp->error(
         "No error can be claimed for an image from which light was cut off; leave \"clamp\" or the error out.");
-  read(fields.optional("ambient_occlusion_distance"), settings.ambient_occlusion_reach, kPositive);
+  const auto reach = fields.optional("ambient_occlusion_distance");
+  if (read(reach, settings.ambient_occlusion_reach, kPositive) && reach &&
+      settings.integrator != IntegratorKind::ambient_occlusion)
+    reach->error("This is for the integrator \"ambient_occlusion\", which has to be asked for.");
 }
 
 void read_sampling(JsonFields& fields, Settings& settings) {
@@ -118,8 +120,6 @@ void refuse_unread(IntegratorKind integrator, const Settings& settings, FieldErr
     refuse("sampler", "The sampler \"grid\" is for \"whitted\" alone; take \"sobol\" or \"independent\".");
   if (settings.clamp < kInfinity && (integrator == whitted || integrator == ambient_occlusion))
     refuse("clamp", "Only \"path\" and \"direct\" have samples so bright that they are cut off; leave this out.");
-  if (settings.ambient_occlusion_reach < kInfinity && integrator != ambient_occlusion)
-    refuse("ambient_occlusion_distance", "This is for \"ambient_occlusion\" alone; leave it out.");
   if (settings.max_depth && integrator == ambient_occlusion)
     refuse("max_depth", "There is no light to follow; leave this out.");
   if (settings.max_depth.value_or(0) > kDirectDepth && integrator == direct)

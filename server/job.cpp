@@ -1,6 +1,7 @@
 #include "server/job.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 
@@ -22,14 +23,51 @@ std::uint64_t samples_of(const Settings& settings) {
   return std::uint64_t{settings.width} * settings.height * settings.samples;
 }
 
-/// Seconds to go, if the rays still to be traced cost as much as those that were. Samples of empty tiles cost
-/// next to nothing, so they don't count.
-std::optional<double> eta(const JobView& job, JobTimes::Clock::time_point now) {
+/// Seconds to go until the image has so many samples, if the rays still to be traced cost as much as those that were.
+/// Samples of empty tiles cost next to nothing, so they don't count.
+std::optional<double> seconds_until(double samples, const JobView& job, JobTimes::Clock::time_point now) {
   if (job.state != proto::JobState::rendering) return std::nullopt;
-  const std::uint64_t done = job.progress->rays().camera;
+  const auto done = static_cast<double>(job.progress->rays().camera);
   if (done == 0) return std::nullopt;
-  const std::chrono::duration<double> spent = now - *job.times.rendering;
-  return spent.count() * static_cast<double>(job.plan->camera_rays - done) / static_cast<double>(done);
+  const double traced =
+      static_cast<double>(job.plan->camera_rays) / static_cast<double>(samples_of(job.order->settings));
+  const double spent = std::chrono::duration<double>(now - *job.times.rendering).count();
+  const double left = spent * std::max(0.0, samples * traced / done - 1);
+  const auto& limit = job.order->settings.seconds;
+  return limit ? std::min(left, std::max(0.0, *limit - spent)) : left;
+}
+
+std::string_view name(EndedBy by) {
+  switch (by) {
+    case EndedBy::samples:
+      return "samples";
+    case EndedBy::error:
+      return "error";
+    case EndedBy::seconds:
+      break;
+  }
+  return "seconds";
+}
+
+/// What passes say of a job: how much of it is done, what is left, and how good it is by now.
+void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::JobStatus& status) {
+  const PassReport passes = job.progress->passes();
+  const auto most = static_cast<double>(samples_of(job.order->settings));
+  const auto done = static_cast<double>(status.samples_done);
+  const double pixels = static_cast<double>(status.width) * status.height;
+  // Before they begin, nothing is known but what was asked for.
+  const bool has_begun = passes.high_total > 0, may_be_less = measures_error(job.order->settings);
+  const double low = std::max(done, has_begun ? static_cast<double>(passes.low_total) : may_be_less ? pixels : most);
+  const double high = std::max(done, has_begun ? static_cast<double>(passes.high_total) : most);
+  const double middle = std::sqrt(low * high);
+  status.passes = passes.passes;
+  status.progress = done / middle;
+  status.progress_range = {done / high, done / low};
+  status.eta = seconds_until(middle, job, now);
+  if (status.eta) status.eta_range = proto::Range{*seconds_until(low, job, now), *seconds_until(high, job, now)};
+  if (passes.ended_by) status.ended_by = name(*passes.ended_by);
+  if (passes.error) status.achieved = proto::Achieved{passes.error->error, {passes.error->low, passes.error->high}};
+  status.samples_per_pixel = {passes.least, static_cast<double>(passes.samples) / pixels, passes.most};
 }
 
 }  // namespace
@@ -70,6 +108,16 @@ TestCounts Progress::tests() const {
   return counts;
 }
 
+void Progress::set_passes(const PassReport& passes) {
+  const std::lock_guard lock(passes_mutex_);
+  passes_ = passes;
+}
+
+PassReport Progress::passes() const {
+  const std::lock_guard lock(passes_mutex_);
+  return passes_;
+}
+
 PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings) {
   PlanReport report{};
   report.accel = plan.accel;
@@ -101,6 +149,8 @@ std::uint64_t image_bytes(const Settings& settings) {
   return Film::memory_bytes(settings.width, settings.height, settings.aovs) + tiles * kTileBytes;
 }
 
+std::uint64_t passes_bytes(const Settings& settings) { return Passes::memory_bytes(settings); }
+
 proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) {
   const std::chrono::duration<double> elapsed = job.times.ended.value_or(now) - job.times.queued;
   proto::JobStatus status;
@@ -116,7 +166,7 @@ proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) 
   status.samples_done = job.progress->samples();
   status.samples_total = samples_of(job.order->settings);
   status.elapsed = elapsed.count();
-  status.eta = eta(job, now);
+  tell_passes(job, now, status);
   status.created = rfc3339(job.times.created);
   status.error = job.error;
   status.warnings = job.order->warnings;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "core/accel/object_marks.h"
 #include "core/accel/test_counts.h"
+#include "core/film/passes.h"
 #include "core/integrator/ray_counts.h"
 #include "core/plan/plan.h"
 #include "core/scene/settings.h"
@@ -30,8 +32,10 @@ class Progress {
   };
   /// Adds what has been done, but for what had been done `before`.
   void add(const Done& done, const Done& before);
-  /// When all of the tile has been added.
+  /// When the tile has all of its samples and all of that has been added.
   void add_tile() { tiles_.fetch_add(1, std::memory_order_release); }
+  /// When no tile will have more.
+  void complete_tiles(std::uint64_t all) { tiles_.store(all, std::memory_order_release); }
 
   /// Exact once the job is completed; while it runs, the figures may be of different moments.
   RayCounts rays() const;
@@ -39,10 +43,16 @@ class Progress {
   std::uint64_t tiles() const { return tiles_.load(std::memory_order_acquire); }
   std::uint64_t samples() const { return samples_; }
 
+  /// How far the passes have come: up to the last that is complete.
+  void set_passes(const PassReport& passes);
+  PassReport passes() const;
+
  private:
   std::atomic<std::uint64_t> camera_{0}, camera_hits_{0}, reflection_{0}, refraction_{0}, shadow_{0};
   std::atomic<std::uint64_t> camera_skipped_{0}, samples_{0}, tiles_{0};
   std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
+  mutable std::mutex passes_mutex_;
+  PassReport passes_;  ///< Guarded by the mutex.
 };
 
 /// What a plan came to: kept when the plan itself, with its tiles, is gone.
@@ -101,6 +111,8 @@ struct JobView {
 /// What a job's image takes, with what is kept of its tiles where their size is given: others are fewer than pixels by
 /// far.
 std::uint64_t image_bytes(const Settings& settings);
+/// What its passes take beside that, as long as it hasn't ended.
+std::uint64_t passes_bytes(const Settings& settings);
 
 /// What `GET /v1/jobs/{id}` says of it at `now`.
 proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/film/passes.h"
 #include "core/render/tile_renderer.h"
 
 namespace tessera::server {
@@ -26,7 +27,8 @@ constexpr const char* kOutOfMemory = "out of memory";
 
 /// A tile being rendered, and what of it the job's progress has been told.
 struct JobRunner::OpenTile {
-  OpenTile(const RenderContext& context, std::size_t index) : renderer(context, index) {}
+  OpenTile(const RenderContext& context, std::size_t index, PassWork work)
+      : renderer(context, index, std::move(work)) {}
 
   void tell(Progress& progress) {
     const Progress::Done now{renderer.result().rays, renderer.result().tests, renderer.samples_done()};
@@ -43,15 +45,10 @@ class JobRunner::PausedTiles {
  public:
   using Tiles = std::map<std::size_t, OpenTile>;
 
-  /// The tile that was put, or one to begin with.
-  Tiles::node_type take_or_open(const RenderContext& context, std::size_t index) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (auto paused = tiles_.extract(index)) return paused;
-    }
-    Tiles opened;
-    opened.try_emplace(index, context, index);
-    return opened.extract(opened.begin());
+  /// The tile that was put, if it was.
+  Tiles::node_type take(std::size_t index) {
+    const std::lock_guard lock(mutex_);
+    return tiles_.extract(index);
   }
 
   void put(Tiles::node_type tile) {
@@ -82,6 +79,13 @@ struct JobRunner::Run {
     return StructureUse{structure->options, stats, structure->build_seconds + stats.mesh_seconds, shares_structure};
   }
 
+  PausedTiles::Tiles::node_type take_or_open(std::size_t index) {
+    if (auto tile = paused.take(index)) return tile;
+    PausedTiles::Tiles opened;
+    opened.try_emplace(index, *context, index, passes->work(context->plan.tiling.tiles[index].rect, *film));
+    return opened.extract(opened.begin());
+  }
+
   StructureCache& structures;
   JobTable::Admitted job;
   proto::ContentHash scene_hash;
@@ -92,6 +96,10 @@ struct JobRunner::Run {
   std::shared_ptr<const Structure> structure;  ///< Null where none is needed.
   bool shares_structure = false;               ///< Another job had it built.
   std::shared_ptr<Film> film;
+  std::optional<Passes> passes;
+  std::chrono::steady_clock::time_point rendering;  ///< Since when.
+  // Of the pass at hand:
+  std::vector<std::size_t> tiles;
   PausedTiles paused;
   std::atomic<std::size_t> tiles_left{0};
 };
@@ -159,33 +167,56 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   if (!jobs_.is_unfinished(run->job.id)) return;
   std::vector<PixelRect> tiles;
   for (const Tile& tile : run->context->plan.tiling.tiles) tiles.push_back(tile.rect);
-  const std::size_t count = tiles.size();
-  run->film = std::make_shared<Film>(run->settings.width, run->settings.height, run->settings.aovs, std::move(tiles));
-  run->tiles_left = count;
+  const Settings& settings = run->settings;
+  run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, std::move(tiles));
+  run->passes.emplace(settings);
+  run->job.progress->set_passes(run->passes->report());
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
-  const auto render_it = [this, run](std::size_t index) {
-    bool is_done = true;
-    guard(run->job.id, [&] { is_done = render_tile(*run, index); });
-    return is_done;
-  };
-  scheduler_.submit(count, render_it, run->job.stop);
+  run->rendering = std::chrono::steady_clock::now();
+  begin_pass(run);
 }
 
-bool JobRunner::render_tile(Run& run, std::size_t index) {
-  auto tile = run.paused.take_or_open(*run.context, index);
+void JobRunner::begin_pass(const std::shared_ptr<Run>& run) {
+  const std::vector<Tile>& tiles = run->context->plan.tiling.tiles;
+  run->tiles.clear();
+  for (std::size_t i = 0; i < tiles.size(); ++i)
+    if (run->passes->current().samples_in(tiles[i].rect) > 0) run->tiles.push_back(i);
+  run->tiles_left = run->tiles.size();
+  const auto render_it = [this, run](std::size_t index) {
+    bool is_done = true;
+    guard(run->job.id, [&] { is_done = render_tile(run, run->tiles[index]); });
+    return is_done;
+  };
+  scheduler_.submit(run->tiles.size(), render_it, run->job.stop);
+}
+
+bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) {
+  auto tile = run->take_or_open(index);
   OpenTile& open = tile.mapped();
-  const bool is_done = open.renderer.go_on(TileRenderer::Clock::now() + kTurn, run.job.stop);
-  if (is_done) run.film->store(index, open.renderer.result().pixels);
-  open.tell(*run.job.progress);
+  const bool is_done = open.renderer.go_on(TileRenderer::Clock::now() + kTurn, run->job.stop);
+  if (is_done) {
+    run->film->store(index, open.renderer.result().pixels);
+    run->passes->store(open.renderer.result().sums);
+  }
+  open.tell(*run->job.progress);
   if (!is_done) {
-    run.paused.put(std::move(tile));
+    run->paused.put(std::move(tile));
     return false;
   }
-  run.job.progress->add_tile();
-  if (--run.tiles_left > 0) return true;
-  run.film.reset();  // The table's alone now: it can give way as soon as the job has ended.
-  jobs_.complete(run.job.id, run.structure_use());
+  if (run->passes->is_last_of(run->context->plan.tiling.tiles[index].rect)) run->job.progress->add_tile();
+  if (--run->tiles_left == 0) end_pass(run);
   return true;
+}
+
+void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - run->rendering;
+  const bool goes_on = run->passes->next(spent.count());
+  run->job.progress->set_passes(run->passes->report());
+  if (goes_on) return begin_pass(run);
+  run->job.progress->complete_tiles(run->context->plan.tiling.tiles.size());
+  run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
+  run->passes.reset();
+  jobs_.complete(run->job.id, run->structure_use());
 }
 
 }  // namespace tessera::server

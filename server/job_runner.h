@@ -11,8 +11,8 @@
 
 namespace tessera::server {
 
-/// Takes jobs through their states on the scheduler's threads: plan, structure, tiles. Whatever goes wrong on the
-/// way fails the job and nothing else. Safe to call from any number of threads.
+/// Takes jobs through their states on the scheduler's threads: plan, structure, passes of tiles. Whatever goes wrong on
+/// the way fails the job and nothing else. Safe to call from any number of threads.
 class JobRunner {
  public:
   JobRunner(Scheduler& scheduler, StructureCache& structures, JobTable& jobs)
@@ -31,8 +31,10 @@ class JobRunner {
 
   void prepare(const std::shared_ptr<Run>& run);
   void render(const std::shared_ptr<Run>& run);
+  void begin_pass(const std::shared_ptr<Run>& run);
+  void end_pass(const std::shared_ptr<Run>& run);
   /// Renders on at a tile for a turn; whether it is done.
-  bool render_tile(Run& run, std::size_t index);
+  bool render_tile(const std::shared_ptr<Run>& run, std::size_t index);
   /// Runs a step of a job; an exception fails the job.
   template <typename Step>
   void guard(const std::string& job, Step step) noexcept;

@@ -83,14 +83,15 @@ std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
 }
 
 std::optional<Problem> JobTable::refusal(const Settings& settings) const {
-  std::uint64_t film = image_bytes(settings);
+  std::uint64_t film = image_bytes(settings) + passes_bytes(settings);
   const std::lock_guard lock(mutex_);
   if (unfinished_ > 0) film = std::min(film, unfinished_bytes_ / unfinished_);
   return refusal_of(std::min(film, limits_.film_bytes));
 }
 
 proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
-  const std::uint64_t film = image_bytes(order.settings);
+  const std::uint64_t image = image_bytes(order.settings), passes = passes_bytes(order.settings);
+  const std::uint64_t film = image + passes;
   Films dropped;  // Freed after the lock is.
   const std::lock_guard lock(mutex_);
   if (auto problem = refusal_of(film)) return *std::move(problem);
@@ -98,7 +99,8 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
 
   Job job;
   job.progress = std::make_shared<Progress>();
-  job.film_bytes = film;
+  job.film_bytes = image;
+  job.passes_bytes = passes;
   job.view.id = new_id();
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
@@ -126,7 +128,7 @@ bool JobTable::change_state(Job& job, JobState to) {
     view.times.ended = now;
     --unfinished_;
     job.stop.request_stop();
-    unfinished_bytes_ -= job.film_bytes;
+    unfinished_bytes_ -= job.film_bytes + job.passes_bytes;
     if (job.film) ended_bytes_ += job.film_bytes;
   }
   spdlog::info("job {}: {}", view.id, proto::name(to));

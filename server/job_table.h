@@ -87,6 +87,7 @@ class JobTable {
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
     std::uint64_t film_bytes;            ///< Of its image, or set aside for it.
+    std::uint64_t passes_bytes;          ///< Of what goes with it until it ends.
     std::shared_ptr<const Film> film;    ///< Once it renders, until it gives way.
     std::list<std::string> spare_nodes;  ///< For `ended_` and `ended_images_`: so that ending takes no memory.
     std::list<std::string>::iterator among_ended;   ///< Once it has ended.
@@ -118,8 +119,8 @@ class JobTable {
   Jobs jobs_;                            ///< Ids grow, so this is the order of arrival.
   std::list<std::string> ended_;         ///< Jobs in the order in which they ended.
   std::list<std::string> ended_images_;  ///< Those among them whose films are there.
-  std::uint64_t unfinished_bytes_ = 0;   ///< Of films of jobs that haven't ended,
-  std::uint64_t ended_bytes_ = 0;        ///< and of those that have.
+  std::uint64_t unfinished_bytes_ = 0;   ///< Of films and passes of jobs that haven't ended,
+  std::uint64_t ended_bytes_ = 0;        ///< and of films of those that have.
   std::vector<std::pair<std::weak_ptr<const Film>, std::uint64_t>> leaving_;
   std::uint32_t unfinished_ = 0;
   std::uint64_t last_time_ = 0;

@@ -77,7 +77,7 @@ struct Render {
       return output.is_stdout() ? session.tell_json(answer) : session.print_json(answer);
     }
     const std::string line = output.output + ": " + std::to_string(job.width) + 'x' + std::to_string(job.height) +
-                             " in " + format_duration(job.elapsed);
+                             " in " + format_duration(job.elapsed) + format_quality(job);
     output.is_stdout() ? session.tell(line) : session.print(line);
   }
 };

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <mutex>
 #include <set>
 #include <vector>
 
@@ -11,34 +13,48 @@
 
 namespace tessera {
 
-/// A job's image while and after it is rendered. Tiles own disjoint pixels, so `store` takes no lock: different
-/// tiles may be stored at once, and read while others are being stored.
+/// A job's image while and after it is rendered, in passes that each make it better. Different tiles may be stored at
+/// once, by one thread each. Who reads while any is stored takes a `Snapshot`.
 class Film {
  public:
   Film(std::uint32_t width, std::uint32_t height, const std::set<Aov>& aovs, std::vector<PixelRect> tiles);
 
-  /// Copies in the pixels of tile `index`. Once for each tile.
+  /// Replaces the pixels of tile `index`, all samples of which up to now these are.
   void store(std::size_t index, const Pixels& tile);
 
   std::size_t tile_count() const { return tiles_.size(); }
+  /// Tiles that are there, of whatever pass.
   std::size_t tiles_stored() const { return stored_.load(std::memory_order_acquire); }
   bool complete() const { return tiles_stored() == tile_count(); }
 
-  /// Which tiles are stored by now, and how it looks by pixels: a byte for each, 1 where its tile is among `stored`.
-  std::vector<bool> stored() const;
-  std::vector<std::uint8_t> pixels_of(const std::vector<bool>& stored) const;
+  /// How often each tile has been stored: what is between two equal answers is the same image.
+  std::vector<std::uint32_t> versions() const;
 
-  /// The image, without a copy. Pixels of tiles that aren't stored must not be read.
+  /// A copy of what is stored; tiles are whole, though they may be of different passes.
+  struct Snapshot {
+    Pixels pixels;                        ///< With `aovs` alone. Of tiles that aren't stored: nothing.
+    std::vector<std::uint32_t> versions;  ///< Of the tiles as they are in it.
+    std::vector<std::uint8_t> is_there;   ///< By pixels, 1 where the tile is stored.
+  };
+  Snapshot snapshot(const std::set<Aov>& aovs) const;
+
+  /// The image, without a copy; not while anything is stored that is read. Pixels of tiles that aren't stored are
+  /// nothing.
   const Pixels& pixels() const { return pixels_; }
 
   /// Bytes of a film of that size, before making it.
   static std::uint64_t memory_bytes(std::uint64_t width, std::uint64_t height, const std::set<Aov>& aovs);
 
  private:
+  /// Tile i is read and written under lock i % kLocks.
+  static constexpr std::size_t kLocks = 64;
+  std::mutex& lock_of(std::size_t tile) const { return locks_[tile % kLocks]; }
+
   Pixels pixels_;
   std::vector<PixelRect> tiles_;
-  std::unique_ptr<std::atomic<bool>[]> tile_done_;
+  std::vector<std::uint32_t> versions_;
   std::atomic<std::size_t> stored_{0};
+  mutable std::array<std::mutex, kLocks> locks_;
 };
 
 }  // namespace tessera

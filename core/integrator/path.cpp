@@ -25,9 +25,9 @@ float mis_weight(float drawn, float other) {
 
 float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
 
-/// Light from behind counts too.
-bool scatters_through(const Bsdf& bsdf) {
-  return std::holds_alternative<DielectricBsdf>(bsdf) && has_smooth_lobes(bsdf);
+/// `sample` doesn't read the number that chooses among several.
+bool has_one_lobe(const Bsdf& bsdf) {
+  return std::holds_alternative<DiffuseBsdf>(bsdf) || std::holds_alternative<ConductorBsdf>(bsdf);
 }
 
 }  // namespace
@@ -40,7 +40,8 @@ struct PathTracer::Vertex {
         bsdf(make_bsdf(material, shading.entering)),
         frame(basis_around(shading.normal)),
         to_viewer(frame.to_local(shading.to_viewer)),
-        light_normal(scatters_through(bsdf) ? Vec3{} : shading.normal) {}
+        light_normal(has_smooth_transmission(bsdf) ? Vec3{} : shading.normal),
+        origin(spawn_origin(surface, to_double(shading.flat_normal))) {}
 
   Shading shading;
   PrimitiveId primitive;
@@ -48,6 +49,7 @@ struct PathTracer::Vertex {
   Basis frame;
   Vec3 to_viewer;     ///< In the frame.
   Vec3 light_normal;  ///< For `LightTable`.
+  Vec3 origin;        ///< Of rays that stay on the viewer's side.
 };
 
 PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable& lights,
@@ -169,8 +171,8 @@ void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
 
 void PathTracer::sample_light(const Path& path, const Vertex& at) {
   if (lights_.empty() || !has_smooth_lobes(at.bsdf)) return;
-  const auto light = lights_.sample(at.shading.surface.position, at.light_normal,
-                                    path.numbers.one(dimension(vertex_, Decision::light_pick)),
+  const float pick = lights_.count() == 1 ? 0 : path.numbers.one(dimension(vertex_, Decision::light_pick));
+  const auto light = lights_.sample(at.shading.surface.position, at.light_normal, pick,
                                     path.numbers.two(dimension(vertex_, Decision::light)));
   if (!light) return;
   const Vec3 wi = at.frame.to_local(light->to_light);
@@ -189,8 +191,8 @@ void PathTracer::sample_light(const Path& path, const Vertex& at) {
 bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
   // Where nothing is left but to meet a light by chance, and none can be met, the ray would bring nothing.
   if (path.depth == options_.max_depth && !meets_lights_) return false;
-  const auto chosen = sample(at.bsdf, at.to_viewer, path.numbers.one(dimension(vertex_, Decision::bsdf_lobe)),
-                             path.numbers.two(dimension(vertex_, Decision::bsdf)));
+  const float lobe = has_one_lobe(at.bsdf) ? 0 : path.numbers.one(dimension(vertex_, Decision::bsdf_lobe));
+  const auto chosen = sample(at.bsdf, at.to_viewer, lobe, path.numbers.two(dimension(vertex_, Decision::bsdf)));
   if (!chosen) return false;
   path.throughput = path.throughput * chosen->weight;
   path.eta_scale *= chosen->eta_scale;
@@ -220,14 +222,16 @@ bool PathTracer::survives(Path& path, float number) {
 std::optional<Ray> PathTracer::leaving(const Vertex& at, Vec3 direction, bool reflects) {
   const Shading& s = at.shading;
   const Vec3 outward = reflects ? s.flat_normal : -s.flat_normal;
-  const Vec3 origin = spawn_origin(s.surface, to_double(outward));
-  if (dot(direction, outward) > 0) return Ray{origin, direction, 0, kInfinity, at.primitive};
+  if (dot(direction, outward) > 0) {
+    const Vec3 origin = reflects ? at.origin : spawn_origin(s.surface, to_double(outward));
+    return Ray{origin, direction, 0, kInfinity, at.primitive};
+  }
   if (!reflects || !(dot(s.surface.to_smooth, to_double(outward)) > 0)) return std::nullopt;
   const Vec3 smooth_origin = spawn_origin(s.surface, to_double(outward), s.surface.to_smooth);
-  if (smooth_origin == origin) return std::nullopt;
-  const Vec3 way = to_float(to_double(smooth_origin) - to_double(origin));
+  if (smooth_origin == at.origin) return std::nullopt;
+  const Vec3 way = to_float(to_double(smooth_origin) - to_double(at.origin));
   ++counts_.shadow;
-  if (accel_->occluded(Ray{origin, way, 0, kJustBeyond, left_by(way, outward, at.primitive)}, log_))
+  if (accel_->occluded(Ray{at.origin, way, 0, kJustBeyond, left_by(way, outward, at.primitive)}, log_))
     return std::nullopt;
   return Ray{smooth_origin, direction, 0, kInfinity, kNoPrimitive};
 }

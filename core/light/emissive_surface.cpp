@@ -53,6 +53,12 @@ Flat triangle(const Object& object, const TriangleMesh& mesh, std::uint32_t prim
   return triangle(object, mesh.positions[i[0]], mesh.positions[i[1]], mesh.positions[i[2]]);
 }
 
+/// `WorldTriangle`s are wound outward.
+Flat flat_of(const WorldTriangle& corners) {
+  const Vec3d start = to_double(corners[0]);
+  return {Object{}, start, to_double(corners[1]) - start, to_double(corners[2]) - start};
+}
+
 struct Halves {
   Flat first, second;
   double first_area, area;  ///< Twice.
@@ -294,6 +300,34 @@ std::optional<SurfaceSample> sample_surface(const Scene& scene, PrimitiveId prim
   const Object& object = scene.objects[primitive.object];
   return std::visit([&](const auto& shape) { return sample(object, shape, primitive.primitive, from, u); },
                     scene.shapes[object.shape]);
+}
+
+WorldTriangle world_triangle(const Object& object, const TriangleMesh& mesh, std::uint32_t primitive) {
+  const TriangleIndices& i = mesh.triangles[primitive];
+  WorldTriangle corners;
+  for (int c = 0; c < 3; ++c) corners[c] = to_float(point_to_world(object, mesh.positions[i[c]]));
+  if (object.placement && Columns(*object.placement).determinant() < 0) std::swap(corners[1], corners[2]);
+  return corners;
+}
+
+std::optional<SurfaceSample> sample_surface(const WorldTriangle& triangle, Vec3d from, Vec2 u) {
+  const Flat flat = flat_of(triangle);
+  return sample_triangle(flat, from, u, length(flat.cross) / 2);
+}
+
+double surface_pdf(const WorldTriangle& triangle, Vec3 direction, double distance) {
+  const double pdf = distance * distance / (std::abs(dot(to_double(direction), flat_of(triangle).cross)) / 2);
+  return std::isfinite(pdf) ? pdf : 0;
+}
+
+std::optional<float> t_before(const WorldTriangle& triangle, const Ray& ray, double error) {
+  const Flat flat = flat_of(triangle);
+  const double along = dot(flat.cross, to_double(ray.direction));
+  const double t = dot(flat.cross, flat.start - to_double(ray.origin)) / along;
+  const double doubt = error * length(flat.cross) / std::abs(along);
+  constexpr double kFar = 0.01, kMuch = 0x1p-18;
+  if (!(std::abs(t - 1) <= kFar && doubt <= kMuch)) return std::nullopt;
+  return static_cast<float>(t - doubt);
 }
 
 double surface_pdf(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec3 direction, double distance,

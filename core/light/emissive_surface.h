@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "core/light/light_bounds.h"
@@ -26,6 +27,20 @@ struct SurfaceSample {
 /// A point of the primitive as seen from `from`, for `u` in [0, 1)²; nothing when it isn't one that can be seen from
 /// there. Precondition: `can_be_sampled`.
 std::optional<SurfaceSample> sample_surface(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec2 u);
+
+/// The corners of a mesh's triangle in the world, counter-clockwise from its outer side: as floats, which is what they
+/// are without a placement.
+using WorldTriangle = std::array<Vec3, 3>;
+WorldTriangle world_triangle(const Object& object, const TriangleMesh& mesh, std::uint32_t primitive);
+
+/// The same as of the primitive.
+std::optional<SurfaceSample> sample_surface(const WorldTriangle& triangle, Vec3d from, Vec2 u);
+double surface_pdf(const WorldTriangle& triangle, Vec3 direction, double distance);
+
+/// Where `ray`, whose point at t = 1 lies on the triangle but for rounding, comes so near it that a structure may find
+/// it there, `error` (metres) being how far off the structure may see it; nothing where that isn't known well, or far
+/// from 1.
+std::optional<float> t_before(const WorldTriangle& triangle, const Ray& ray, double error);
 
 /// The density with which `sample_surface` chooses the direction (unit) from `from` in which the primitive lies at
 /// `distance`, where its geometric normal is `normal`; finite. 0 for what it never chooses: the far side of a sphere

@@ -92,11 +92,11 @@ Vec3 InfiniteLights::sample_environment(Vec3 normal, Vec2 u) const {
   return normal != Vec3{} ? basis_around(normal).to_world(cosine_hemisphere(u)) : uniform_sphere(u);
 }
 
-InfiniteLights::Value InfiniteLights::look_up(Vec3 normal, Vec3 direction) const {
+InfiniteLights::Value InfiniteLights::look_up(Vec3 normal, Vec3 direction, const Sun* within) const {
   Value value = environment(normal, direction);
   value.pdf *= environment_share_;
   for (const Sun& sun : suns_) {
-    if (!sun.holds(direction)) continue;
+    if (&sun != within && !sun.holds(direction)) continue;
     value.radiance = value.radiance + sun.radiance;
     value.pdf += sun.share * uniform_cone_pdf(sun.one_minus_cos);
   }
@@ -107,14 +107,14 @@ std::optional<InfiniteLights::Sample> InfiniteLights::sample(Vec3 normal, double
   const auto from_directional = [](const Directional& light) {
     return Sample{light.direction, light.irradiance, light.share, true};
   };
-  const auto toward = [&](Vec3 direction) -> std::optional<Sample> {
+  const auto toward = [&](Vec3 direction, const Sun* within = nullptr) -> std::optional<Sample> {
     const Vec3 way = unit(direction);
-    const Value value = look_up(normal, way);
+    const Value value = look_up(normal, way, within);
     if (!(value.pdf > 0)) return std::nullopt;
     return Sample{way, value.radiance, value.pdf, false};
   };
   const auto toward_sun = [&](const Sun& sun) {
-    return toward(sun.to_center.to_world(uniform_cone(u, sun.one_minus_cos)));
+    return toward(sun.to_center.to_world(uniform_cone(u, sun.one_minus_cos)), &sun);
   };
 
   for (const Directional& light : directional_) {

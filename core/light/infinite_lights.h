@@ -62,7 +62,8 @@ class InfiniteLights {
   void add(const DirectionalLight& light);
   void add(const SunLight& light);
   void add(const EnvironmentLight& light);
-  Value look_up(Vec3 normal, Vec3 direction) const;
+  /// `within` holds the direction even where rounding has it beside its edge.
+  Value look_up(Vec3 normal, Vec3 direction, const Sun* within = nullptr) const;
   Value environment(Vec3 normal, Vec3 direction) const;
   Vec3 sample_environment(Vec3 normal, Vec2 u) const;
 

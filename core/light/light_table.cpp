@@ -66,6 +66,7 @@ LightTable::LightTable(const Scene& scene)
     : scene_(scene),
       far_(scene),
       first_(scene.objects.size(), kNone),
+      errors_(scene.objects.size()),
       near_(gather_near()),
       far_share_(far_.size() == 0    ? 0
                  : near_.size() == 0 ? 1
@@ -90,6 +91,11 @@ LightTree LightTable::gather_near() {
     const double radiance = mean(material.emission) * material.alpha;
     if (!(radiance > 0) || !can_be_sampled(shape)) continue;
     first_[i] = static_cast<std::uint32_t>(sources_.size());
+    if (object.placement) errors_[i] = object.placement->error();
+    if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {
+      triangles_.resize(sources_.size());
+      for (std::uint32_t t = 0; t < mesh->triangles.size(); ++t) triangles_.push_back(world_triangle(object, *mesh, t));
+    }
     for (std::uint32_t primitive = 0; primitive < primitive_count(shape); ++primitive)
       add({i, primitive}, surface_bounds(scene_, {i, primitive}, radiance, material.emits_both_sides));
   }
@@ -124,7 +130,8 @@ std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, doub
     return found;
   }
   const Material& material = scene_.materials[scene_.objects[source.object].material];
-  const auto found = sample_surface(scene_, source, from, u);
+  const WorldTriangle* triangle = triangle_of(light);
+  const auto found = triangle ? sample_surface(*triangle, from, u) : sample_surface(scene_, source, from, u);
   if (!found || !(found->front || material.emits_both_sides)) return std::nullopt;
   const auto direction = UnitVec3::normalize(found->way);
   if (!direction) return std::nullopt;
@@ -140,9 +147,28 @@ std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, doub
 Ray LightTable::shadow_ray(const LightSample& sample, Vec3 origin) const {
   if (sample.distance == kInfinity) return {origin, sample.to_light};
   Ray ray{origin, to_float(sample.position - to_double(origin)), 0, kInfinity};
-  const bool has_surface = sample.primitive.object != kNone;
-  ray.t_max = (has_surface ? t_near_one(scene_, sample.primitive, ray).value_or(1) : 1) * kJustBeforeLight;
+  ray.t_max = end_at(sample.primitive, ray) * kJustBeforeLight;
   return ray;
+}
+
+/// Where a ray meets the light that its point at t = 1 was chosen on.
+float LightTable::end_at(PrimitiveId primitive, const Ray& ray) const {
+  if (primitive.object == kNone) return 1;
+  if (const WorldTriangle* triangle = triangle_of(first_[primitive.object] + primitive.primitive)) {
+    const Transform::Error& placed = errors_[primitive.object];
+    const double reach =
+        2.0 * max_component(abs(ray.origin)) + max_component(abs((*triangle)[0])) + max_component(abs(ray.direction));
+    // Twice `Transform::Error`'s bound: the corners here are rounded to floats, too.
+    const double error = 16 * kUnitRoundoff * (placed.condition * reach + placed.offset);
+    if (const auto t = t_before(*triangle, ray, error)) return *t;
+  }
+  return t_near_one(scene_, primitive, ray).value_or(1);
+}
+
+const WorldTriangle* LightTable::triangle_of(std::uint32_t source) const {
+  if (source >= triangles_.size() || sources_[source].object == kNone) return nullptr;
+  const Shape& shape = scene_.shapes[scene_.objects[sources_[source].object].shape];
+  return std::holds_alternative<TriangleMesh>(shape) ? &triangles_[source] : nullptr;
 }
 
 Rgb LightTable::emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const {
@@ -157,7 +183,9 @@ float LightTable::pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId p
   if (first == kNone) return 0;
   const double probability = near_.probability(first + primitive.primitive, from, normal);
   if (probability == 0) return 0;
-  const double pdf = surface_pdf(scene_, primitive, from, direction, distance, geometric_normal);
+  const WorldTriangle* triangle = triangle_of(first + primitive.primitive);
+  const double pdf = triangle ? surface_pdf(*triangle, direction, distance)
+                              : surface_pdf(scene_, primitive, from, direction, distance, geometric_normal);
   return static_cast<float>(std::min(pdf * probability * (1 - far_share_), double{std::numeric_limits<float>::max()}));
 }
 

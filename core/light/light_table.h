@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/light/emissive_surface.h"
 #include "core/light/infinite_lights.h"
 #include "core/light/light_tree.h"
 #include "core/math/ray.h"
@@ -75,8 +76,14 @@ class LightTable {
 
   const Scene& scene_;
   InfiniteLights far_;
+  float end_at(PrimitiveId primitive, const Ray& ray) const;
+  /// A mesh's triangle, as it lies in the world.
+  const WorldTriangle* triangle_of(std::uint32_t source) const;
+
   std::vector<PrimitiveId> sources_;  ///< Those of the tree; of a light of the scene its index, `object` being none.
   std::vector<std::uint32_t> first_;  ///< For each object the source that its first primitive is, or none.
+  std::vector<WorldTriangle> triangles_;  ///< For each source; empty where none is a mesh's triangle.
+  std::vector<Transform::Error> errors_;  ///< For each object that emits, of its placement.
   LightTree near_;
   double far_share_;
 };

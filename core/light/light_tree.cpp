@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -10,16 +11,22 @@
 namespace tessera {
 namespace {
 
-// A branch's link: the light that it is, or the node that it leads to, and whether it emits on both sides.
-constexpr std::uint32_t kIsLight = 0x80000000, kBothSides = 0x40000000, kIndex = 0x3FFFFFFF;
+// A branch's link: the light that it is, or the node that it leads to, whether it emits on both sides, and whether it
+// and its neighbour are two pieces of one flat light: then their shares are those of their intensities, from
+// everywhere.
+constexpr std::uint32_t kIsLight = 0x80000000, kBothSides = 0x40000000, kIsPiece = 0x20000000, kIndex = 0x1FFFFFFF;
 
-/// Of what branches are kept in. Cosines are rounded down, unless rounding alone makes them less than whole.
-constexpr double kAxisUnit = 32767, kCosineUnit = 127, kNearlyWhole = 0x1p-10;
+/// Of what cosines are kept in. They are rounded down, unless rounding alone makes them less than whole.
+constexpr double kCosineUnit = 127, kNearlyWhole = 0x1p-10;
 
-/// A cosine is known to less than this: an axis is kept to 2^-15, a spread and a radius are never too small. Lights
-/// count as dark only where they are by more, and as dim at most this much, so that what rounding hides of a light's
+/// A cosine is known to less than this: an axis is kept to 2^-9, a spread and a box are never too small. Lights count
+/// as dark only where they are by more, and as dim at most this much, so that what rounding hides of a light's
 /// importance can't make its samples weigh more than that.
-constexpr double kSlack = 0x1p-10;
+constexpr double kSlack = 0x1p-8;
+
+/// The least square of the distance to a branch, as a part of that to its farthest place: about the mean of 1/d² over a
+/// disk or a ball for points in it.
+constexpr double kNearest = 1.0 / 12;
 
 constexpr double kTotalIntensity = 0x1p100;
 
@@ -28,53 +35,91 @@ constexpr int kMostHeuristicLevels = 32;
 
 constexpr std::uint32_t kBins = 12;
 
-double sine_of(double cosine) { return std::sqrt(std::max(0.0, 1 - cosine * cosine)); }
+constexpr int kAxisBits = 10;
+constexpr double kAxisUnit = (1 << (kAxisBits - 1)) - 1;
 
+std::uint32_t packed(Vec3d axis) {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 3; ++i)
+    bits |= static_cast<std::uint32_t>(std::floor((axis[i] + 1) * kAxisUnit + 0.5)) << (i * kAxisBits);
+  return bits;
+}
+Vec3d unpacked(std::uint32_t bits) {
+  const auto part = [&](int i) {
+    return static_cast<double>(bits >> (i * kAxisBits) & ((1 << kAxisBits) - 1)) * (1 / kAxisUnit) - 1;
+  };
+  return {part(0), part(1), part(2)};
+}
+
+/// Not less than `size`, which is ≥ 0.
+std::uint16_t upper_half(float size) {
+  return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(size) + 0xFFFF) >> 16);
+}
+double from_upper_half(std::uint16_t half) { return std::bit_cast<float>(std::uint32_t{half} << 16); }
+
+/// The other side of a right triangle, from squares.
+double leg(double hypotenuse, double side) { return std::sqrt(std::max(0.0, hypotenuse - side)); }
+
+/// An angle in [0, π], by two sides of a triangle: their lengths count for nothing.
 struct Angle {
   double cos, sin;
+
+  Angle operator-(Angle other) const { return {cos * other.cos + sin * other.sin, sin * other.cos - cos * other.sin}; }
 };
-/// a − b, or 0 where that would be less; both in [0, π].
-Angle less(Angle a, Angle b) {
-  if (a.cos >= b.cos) return {1, 0};
-  return {a.cos * b.cos + a.sin * b.sin, a.sin * b.cos - a.cos * b.sin};
-}
 
 }  // namespace
 
 /// A branch may send I cos θ' cos θi' / d² (Conty Estevez & Kulla 2018, eq. 3), the angles being the least that there
-/// are for points in the sphere around its box.
+/// are for points in the sphere around its box, and d between the distances of its nearest place and its centre.
 double LightTree::importance(const Branch& branch, Vec3d point, Vec3d normal) {
-  const Vec3d way = to_double(branch.center) - point;
-  const double square = dot(way, way), radius = branch.radius, inside = radius * radius;
-  const double intensity = branch.intensity;
-  if (square <= inside) return intensity / std::max(inside, 1e-100);
-  const double inverse = 1 / square, along = std::sqrt(inverse);
-  const Angle around{std::sqrt(1 - inside * inverse), radius * along};
-  double weight = intensity * inverse;
+  const Vec3d way = to_double(branch.center) - point, away = abs(way);
+  const Vec3d half{from_upper_half(branch.half_size[0]), from_upper_half(branch.half_size[1]),
+                   from_upper_half(branch.half_size[2])};
+  const Vec3d nearest = max(away - half, Vec3d{}), farthest = away + half;
+  const double near = dot(nearest, nearest), far = dot(farthest, farthest), square = dot(way, way);
+  double weight = branch.intensity / std::max({(near + square) / 2, far * kNearest, 1e-100});
+
+  const double radius = dot(half, half);  // squared
+  if (square <= radius) return weight;
+  const double inverse = 1 / square;
+  const Angle around{std::sqrt(square - radius), std::sqrt(radius)};
+  // The cosine of what `around` leaves of an angle; both by sides of triangles that the distance is the hypotenuse of.
+  const auto cosine_of_rest = [&](Angle angle) {
+    if (angle.sin <= 0) return 1.0;
+    const Angle rest = angle - around;
+    return rest.sin <= 0 ? 1.0 : rest.cos * inverse;
+  };
   if (branch.cos_spread > -kCosineUnit) {
-    const Vec3d axis{static_cast<double>(branch.axis[0]), static_cast<double>(branch.axis[1]),
-                     static_cast<double>(branch.axis[2])};
-    double cosine = dot(way, axis) * (-along / kAxisUnit);
-    if (branch.link & kBothSides) cosine = std::abs(cosine);
-    cosine = std::clamp(cosine, -1.0, 1.0);
-    const double spread = branch.cos_spread / kCosineUnit;
-    const Angle to_axes = less(less({cosine, sine_of(cosine)}, {spread, sine_of(spread)}), around);
-    if (to_axes.cos < branch.cos_reach / kCosineUnit - kSlack) return 0;
-    weight *= std::max(to_axes.cos, kSlack);
+    double along = -dot(way, unpacked(branch.axis));
+    if (branch.link & kBothSides) along = std::abs(along);
+    Angle angle{along, leg(square, along * along)};
+    if (branch.cos_spread < kCosineUnit) {
+      const double spread = branch.cos_spread * (1 / kCosineUnit);
+      angle = angle - Angle{spread, leg(1, spread * spread)};
+    }
+    const double cosine = cosine_of_rest(angle);
+    if (cosine < branch.cos_reach * (1 / kCosineUnit) - kSlack) return 0;
+    weight *= std::max(cosine, kSlack);
   }
   if (normal != Vec3d{}) {
-    const double cosine = std::clamp(dot(way, normal) * along, -1.0, 1.0);
-    const double lit = less({cosine, sine_of(cosine)}, around).cos;
-    if (lit < -kSlack) return 0;
-    weight *= std::max(lit, kSlack);
+    const double along = dot(way, normal);
+    const double cosine = cosine_of_rest({along, leg(square, along * along)});
+    if (cosine < -kSlack) return 0;
+    weight *= std::max(cosine, kSlack);
   }
   return weight;
 }
 
-double LightTree::share_of_first(const Node& node, Vec3d point, Vec3d normal) {
+LightTree::Shares LightTree::shares(const Node& node, Vec3d point, Vec3d normal) {
+  if (node.branches[0].link & kIsPiece) {
+    const double a = node.branches[0].intensity, b = node.branches[1].intensity;
+    return {{a / (a + b), b / (a + b)}};
+  }
   const double first = importance(node.branches[0], point, normal);
   const double second = importance(node.branches[1], point, normal);
-  return first + second > 0 ? first / (first + second) : 0.5;
+  if (!(first + second > 0)) return {{0.5, 0.5}};
+  const double inverse = 1 / (first + second);
+  return {{first * inverse, second * inverse}};
 }
 
 LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
@@ -84,11 +129,10 @@ LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
   std::uint32_t link = 0;
   do {
     const Node& node = nodes_[link & kIndex];
-    const double first = share_of_first(node, point, side);
-    const bool second = pick >= first;
-    const double share = second ? 1 - first : first;
-    pick = std::min((second ? pick - first : pick) / share, 1 - 0x1p-53);
-    probability *= share;
+    const Shares share = shares(node, point, side);
+    const bool second = pick >= share.of[0];
+    pick = std::min((second ? pick - share.of[0] : pick) / share.of[second], 1 - 0x1p-53);
+    probability *= share.of[second];
     link = node.branches[second].link;
   } while (!(link & kIsLight));
   return {link & kIndex, probability};
@@ -100,9 +144,8 @@ double LightTree::probability(std::uint32_t light, Vec3d point, Vec3 normal) con
   double probability = way == 0 ? 0 : 1;
   for (std::uint32_t link = 0; way > 1; way >>= 1) {
     const Node& node = nodes_[link & kIndex];
-    const double first = share_of_first(node, point, side);
     const bool second = way & 1;
-    probability *= second ? 1 - first : first;
+    probability *= shares(node, point, side).of[second];
     link = node.branches[second].link;
   }
   return probability;
@@ -195,7 +238,20 @@ class LightTree::Builder {
       }
       tree_.nodes_[index].branches[second] = branch;
     }
+    if (items.size() == 2 && are_pieces(items[0].bounds, items[1].bounds))
+      tree_.nodes_[index].branches[0].link |= kIsPiece;
     return index;
+  }
+
+  /// Whether they face the same way, and lie side by side.
+  static bool are_pieces(const LightBounds& a, const LightBounds& b) {
+    constexpr float kSameWay = 0.999F;
+    if (a.both_sides != b.both_sides || std::min(a.cos_spread, b.cos_spread) < kSameWay ||
+        std::min(a.cos_reach, b.cos_reach) != std::max(a.cos_reach, b.cos_reach) || dot(a.axis, b.axis) < kSameWay)
+      return false;
+    Aabb both = a.box;
+    both.extend(b.box);
+    return length(both.diagonal()) <= length(a.box.diagonal()) + length(b.box.diagonal());
   }
 
   Branch branch_of(Items items) const {
@@ -204,9 +260,9 @@ class LightTree::Builder {
     Branch branch{};
     branch.center = to_float((lo + hi) * 0.5);
     const Vec3d c = to_double(branch.center);
-    branch.radius = lo == hi ? 0 : above(length(max(hi - c, c - lo)));
-    for (int i = 0; i < 3; ++i)
-      branch.axis[i] = static_cast<std::int16_t>(std::floor(sum.cone.axis[i] * kAxisUnit + 0.5));
+    const Vec3d half = max(hi - c, c - lo);
+    for (int i = 0; i < 3; ++i) branch.half_size[i] = half[i] > 0 ? upper_half(above(half[i])) : 0;
+    branch.axis = packed(sum.cone.axis);
     branch.cos_spread = static_cast<std::int8_t>(std::floor(sum.cone.cos_spread * kCosineUnit + kNearlyWhole));
     branch.cos_reach = static_cast<std::int8_t>(std::floor(sum.cone.cos_reach * kCosineUnit + kNearlyWhole));
     branch.intensity = std::max(static_cast<float>(sum.intensity * scale_), std::numeric_limits<float>::min());

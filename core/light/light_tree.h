@@ -14,7 +14,7 @@ namespace tessera {
 /// No light is left out that may send anything. Immutable, safe from any thread; 72 bytes a light.
 class LightTree {
  public:
-  /// Lights without intensity are never picked. O(n log n). At most 2^30 lights.
+  /// Lights without intensity are never picked. O(n log n). At most 2^29 lights.
   explicit LightTree(std::span<const LightBounds> lights);
 
   /// How many lights may be picked.
@@ -35,9 +35,9 @@ class LightTree {
   /// Bounds as they are kept, rounded so that they hold no less.
   struct Branch {
     Vec3 center;
-    float radius;
-    std::int16_t axis[3];
+    std::uint16_t half_size[3];  ///< Of the box: the upper halves of floats.
     std::int8_t cos_spread, cos_reach;
+    std::uint32_t axis;  ///< Three times ten bits.
     float intensity;     ///< 2^100 for all lights together.
     std::uint32_t link;  ///< See light_tree.cpp.
   };
@@ -48,8 +48,11 @@ class LightTree {
   class Builder;
 
   static double importance(const Branch& branch, Vec3d point, Vec3d normal);
-  /// How likely the way down goes on in the first branch.
-  static double share_of_first(const Node& node, Vec3d point, Vec3d normal);
+  /// How likely the way down goes on in either branch.
+  struct Shares {
+    double of[2];
+  };
+  static Shares shares(const Node& node, Vec3d point, Vec3d normal);
 
   std::vector<Node> nodes_;  ///< The root is the first.
   /// For each light the way to it, a bit a level from the lowest on, closed by a 1; 0 when it is never picked.

@@ -58,6 +58,10 @@ std::optional<BsdfSample> ConductorBsdf::sample(Vec3 wo, float, Vec2 u) const {
                     .pdf = ggx.density(h) * visible / 4};
 }
 
-Rgb ConductorBsdf::albedo(Vec3 wo) const { return conductor_fresnel(std::clamp(wo.z, 0.0F, 1.0F), eta, k); }
+Rgb ConductorBsdf::albedo(Vec3 wo) const {
+  const Vec3 up{wo.x, wo.y, std::clamp(wo.z, 0.0F, 1.0F)};
+  const Rgb fresnel = conductor_fresnel(up.z, eta, k);
+  return roughness > 0 ? fresnel * compensation(*this, up) * ggx_albedo(up.z, roughness).white : fresnel;
+}
 
 }  // namespace tessera

@@ -22,10 +22,12 @@ inline float effective_roughness(float roughness) {
   return roughness >= kLeastRoughness ? std::min(roughness, 1.0F) : 0;
 }
 
-/// The micronormal that mirrors one direction into the other, both with z > 0.
+/// The micronormal that mirrors one direction into the other, both with z > 0; also of those that lie opposite each
+/// other in the horizon but for less than can be squared.
 inline Vec3 half_vector(Vec3 wo, Vec3 wi) {
   const Vec3 sum = wo + wi;
-  return sum / length(sum);
+  const float size = length(sum);
+  return size > 0 ? sum / size : Vec3{0, 0, 1};
 }
 
 /// Of the angle between unit vectors that is at most π/2, but for rounding: in [0, 1].

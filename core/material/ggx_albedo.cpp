@@ -32,14 +32,21 @@ Line line(float share, std::size_t size) {
   return {first, at - static_cast<float>(first)};
 }
 
+/// A parabola may run past its numbers where they change fast; it isn't followed below the smallest or above 1.
+float along(const Parabola& parabola, const float (&numbers)[3]) {
+  const float sum =
+      parabola.weights[0] * numbers[0] + parabola.weights[1] * numbers[1] + parabola.weights[2] * numbers[2];
+  return std::clamp(sum, std::min({numbers[0], numbers[1], numbers[2]}), 1.0F);
+}
+
 float look_up(const AlbedoSlice& slice, const Parabola& roughness, Line cosine) {
-  float sum = 0;
+  float numbers[3];
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& row = slice[roughness.first + i];
     const float a = row[cosine.first], b = row[cosine.first + 1];
-    sum += roughness.weights[i] * (a + (b - a) * cosine.next);
+    numbers[i] = (a + (b - a) * cosine.next) / kTableOne;
   }
-  return std::clamp(sum / kTableOne, 0.0F, 1.0F);
+  return along(roughness, numbers);
 }
 
 }  // namespace
@@ -55,9 +62,8 @@ float dielectric_albedo(float cos_theta, float roughness, float eta) {
   const Line c = line(table_cosine(cos_theta, roughness), kTableCosines);
   const Parabola e = parabola(table_eta(eta), kTableEtas);
   const auto& slices = kDielectricAlbedo[eta > 1 ? 1 : 0];
-  float sum = 0;
-  for (std::size_t i = 0; i < 3; ++i) sum += e.weights[i] * look_up(slices[e.first + i], r, c);
-  return sum;
+  return along(
+      e, {look_up(slices[e.first], r, c), look_up(slices[e.first + 1], r, c), look_up(slices[e.first + 2], r, c)});
 }
 
 }  // namespace tessera

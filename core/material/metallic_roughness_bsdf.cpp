@@ -1,6 +1,8 @@
 #include "core/material/metallic_roughness_bsdf.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 
 #include "core/material/fresnel.h"
 #include "core/material/ggx.h"
@@ -35,6 +37,25 @@ struct Highlight {
   /// What the coat doesn't reflect.
   float passed() const { return 1 - single.white * reflected(kDielectricF0, single.schlick_mean, lost); }
 };
+
+/// E_avg's complement by roughness, from the least to 1: what is the same for all materials isn't integrated at each
+/// hit.
+const auto kBaseMeans = [] {
+  std::array<float, 33> means{};
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const float share = static_cast<float>(i) / static_cast<float>(means.size() - 1);
+    const float roughness = kLeastRoughness + (1 - kLeastRoughness) * share;
+    means[i] = hemisphere_mean([&](float c) { return Highlight(c, std::min(roughness, 1.0F)).passed(); });
+  }
+  return means;
+}();
+
+float base_mean(float roughness) {
+  if (roughness == 0) return hemisphere_mean([](float c) { return Highlight(c, 0).passed(); });
+  const float at = (roughness - kLeastRoughness) / (1 - kLeastRoughness) * static_cast<float>(kBaseMeans.size() - 1);
+  const std::size_t i = std::min(static_cast<std::size_t>(at), kBaseMeans.size() - 2);
+  return kBaseMeans[i] + (kBaseMeans[i + 1] - kBaseMeans[i]) * (at - static_cast<float>(i));
+}
 
 float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
 
@@ -76,8 +97,7 @@ MetallicRoughnessBsdf bsdf_of(const MetallicRoughness& surface, bool) {
   return {.base_color = surface.base_color,
           .metallic = surface.metallic,
           .roughness = roughness,
-          .base_mean =
-              surface.metallic < 1 ? hemisphere_mean([&](float c) { return Highlight(c, roughness).passed(); }) : 1};
+          .base_mean = base_mean(roughness)};
 }
 
 BsdfValue MetallicRoughnessBsdf::evaluate(Vec3 wo, Vec3 wi) const {

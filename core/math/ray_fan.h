@@ -28,19 +28,24 @@ struct Directions {
   }
 };
 
-/// A view of rays that leave one point, without an end: a camera's.
+/// A view of rays that leave one point, all with the same interval: a camera's.
 struct RayFan {
   Vec3 origin;
   std::span<const float> x, y, z;  ///< Directions; of one length.
+  float t_min = 0, t_max = kInfinity;
 
   RayFan(Vec3 from, std::span<const float> dx, std::span<const float> dy, std::span<const float> dz)
       : origin(from), x(dx), y(dy), z(dz) {}
   RayFan(Vec3 from, const Directions& directions) : RayFan(from, directions.x, directions.y, directions.z) {}
 
   std::size_t size() const { return x.size(); }
-  Ray ray(std::size_t i) const { return {origin, {x[i], y[i], z[i]}}; }
+  Ray ray(std::size_t i) const { return {origin, {x[i], y[i], z[i]}, t_min, t_max}; }
   RayFan part(std::size_t first, std::size_t count) const {
-    return {origin, x.subspan(first, count), y.subspan(first, count), z.subspan(first, count)};
+    RayFan some = *this;
+    some.x = x.subspan(first, count);
+    some.y = y.subspan(first, count);
+    some.z = z.subspan(first, count);
+    return some;
   }
 };
 

@@ -35,7 +35,8 @@ void choose_integrator(Plan& plan, const Settings& settings) {
   }
   const bool whitted = plan.integrator == IntegratorKind::whitted;
   plan.sampler = settings.sampler;
-  if (settings.sampler == SamplerKind::automatic) plan.sampler = whitted ? SamplerKind::grid : SamplerKind::sobol;
+  if (settings.sampler == SamplerKind::automatic)
+    plan.sampler = whitted && !measures_error(settings) ? SamplerKind::grid : SamplerKind::sobol;
   plan.max_depth = settings.max_depth.value_or(whitted ? kWhittedDepth : kPathDepth);
   if (plan.integrator == IntegratorKind::direct) plan.max_depth = std::min(plan.max_depth, kDirectDepth);
 }
@@ -143,7 +144,7 @@ Plan make_plan(const Scene& scene, const Camera& camera, const Settings& setting
   const StrictFloats strict;
   Plan plan;
   plan.primitives = count_primitives(scene);
-  plan.tiling = make_tiling(scene, CameraRays(camera, settings.width, settings.height), settings);
+  plan.tiling = make_tiling(scene, camera, settings);
   plan.features = features_of(scene);
   choose_integrator(plan, settings);
   choose_accel(plan, scene, settings);

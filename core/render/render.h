@@ -8,6 +8,7 @@
 
 #include "core/accel/accel.h"
 #include "core/film/film.h"
+#include "core/film/sums.h"
 #include "core/integrator/ray_counts.h"
 #include "core/light/light_table.h"
 #include "core/plan/plan.h"
@@ -42,6 +43,7 @@ struct RenderContext {
 
 struct TileResult {
   Pixels pixels;
+  Sums sums;
   RayCounts rays;
   TestCounts tests;  ///< Of all those rays; zeros unless `counts_tests(settings)`.
 };
@@ -50,8 +52,12 @@ struct TileResult {
 /// nothing.
 bool counts_tests(const Settings& settings);
 
-/// Renders tile `index` of the plan: a pure function of its arguments, safe to call from any thread. Nothing when
-/// `stop` was requested before it was done. `TileRenderer` does the same in steps.
+/// Renders what a pass asks of tile `index` of the plan: a pure function of its arguments, safe to call from any
+/// thread. Nothing when `stop` was requested before it was done. `TileRenderer` does the same in steps.
+std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, PassWork work,
+                                      std::stop_token stop = {});
+
+/// All samples of a tile in one pass.
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, std::stop_token stop = {});
 
 }  // namespace tessera

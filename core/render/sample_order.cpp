@@ -15,11 +15,12 @@ bool SampleOrder::next(std::size_t most_samples, std::size_t most_pixels, std::v
   for (std::size_t pixels = 0; pixels < most_pixels && y0_ < rect_.y1;) {
     const std::int32_t x = x0_ + every_other_bit(along_), y = y0_ + every_other_bit(along_ >> 1);
     if (x < rect_.x1 && y < rect_.y1) {
-      for (; index_ < samples_; ++index_) {
+      const SampleRange& samples = pass_.of(x, y);
+      for (; done_ < samples.count; ++done_) {
         if (out.size() == most_samples) return true;
-        out.push_back({x, y, index_});
+        out.push_back({x, y, samples.first + done_});
       }
-      ++pixels;
+      if (samples.count > 0) ++pixels;
     }
     next_pixel();
   }
@@ -27,7 +28,7 @@ bool SampleOrder::next(std::size_t most_samples, std::size_t most_pixels, std::v
 }
 
 void SampleOrder::next_pixel() {
-  index_ = 0;
+  done_ = 0;
   if (++along_ < kSquare * kSquare) return;
   along_ = 0;
   x0_ += kSquare;

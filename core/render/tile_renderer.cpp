@@ -1,6 +1,7 @@
 #include "core/render/tile_renderer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/integrator/ambient_occlusion.h"
 #include "core/integrator/path.h"
@@ -23,24 +24,6 @@ constexpr std::chrono::milliseconds kLongBatch{10};
 
 bool records_costs(const Settings& settings) {
   return settings.aovs.contains(Aov::cost_volumes) || settings.aovs.contains(Aov::cost_primitives);
-}
-
-/// The same sum and the same division, whether samples were traced or known to be background (law L6).
-Rgb mean(Rgb sum, std::uint32_t samples) {
-  const auto n = static_cast<float>(samples);
-  return {sum.r / n, sum.g / n, sum.b / n};
-}
-
-/// The sum of a pixel's samples, added one by one. It stops growing when a sample is less than half its last bit: after
-/// fewer than 2^25 of them.
-Rgb sum_of_equal(Rgb sample, std::uint32_t samples) {
-  Rgb sum;
-  for (std::uint32_t i = 0; i < samples; ++i) {
-    const Rgb next = sum + sample;
-    if (next == sum) break;
-    sum = next;
-  }
-  return sum;
 }
 
 std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCounts& counts, TraceLog log) {
@@ -77,11 +60,12 @@ Rgb clamped(Rgb c, float most) { return {std::min(c.r, most), std::min(c.g, most
 
 bool counts_tests(const Settings& settings) { return settings.count_tests || records_costs(settings); }
 
-TileRenderer::TileRenderer(const RenderContext& context, std::size_t index)
+TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, PassWork work)
     : context_(context),
       tile_(context.plan.tiling.tiles[index]),
-      order_(tile_.rect, context.settings.samples),
-      result_{Pixels(tile_.rect, context.settings.aovs), {}, {}},
+      pass_(std::move(work.pass)),
+      order_(tile_.rect, *pass_),
+      result_{std::move(work.pixels), std::move(work.sums), {}, {}},
       log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
       camera_(context.rays) {
   if (tile_.first_level == FirstLevel::nothing && even_background(context)) return;
@@ -114,14 +98,6 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   return false;
 }
 
-/// Sums become means.
-void TileRenderer::finish() {
-  const std::uint32_t samples = context_.settings.samples;
-  for (Rgb& color : result_.pixels.color) color = mean(color, samples);
-  for (Rgb& albedo : result_.pixels.plane<Rgb>(Aov::albedo)) albedo = mean(albedo, samples);
-  for (float& alpha : result_.pixels.plane<float>(Aov::alpha)) alpha /= static_cast<float>(samples);
-}
-
 /// What structures count may depend on which rays go together: so it is always the same number of them, and few, as
 /// those that are counted may cost much.
 std::size_t TileRenderer::samples_at_once() const {
@@ -138,15 +114,17 @@ void TileRenderer::fit_chunks() {
 }
 
 void TileRenderer::fill_with_background() {
-  const std::uint32_t samples = context_.settings.samples;
-  std::ranges::fill(result_.pixels.color,
-                    mean(sum_of_equal(clamped(*even_background(context_), context_.settings.clamp), samples), samples));
-  samples_done_ = static_cast<std::uint64_t>(tile_.rect.area()) * samples;
+  const Rgb color = clamped(*even_background(context_), context_.settings.clamp);
+  pass_->for_blocks_in(tile_.rect, [&](PixelRect part, const SampleRange& samples) {
+    if (samples.count > 0) result_.sums.add_equal(part, samples, color);
+  });
+  samples_done_ = pass_->samples_in(tile_.rect);
   result_.rays.camera_skipped = samples_done_;
+  finish();
 }
 
 void TileRenderer::begin_chunk() {
-  if (samples_.front().index == 0) before_pixel_ = result_.tests;
+  before_chunk_ = result_.tests;
   trace_first_level();
   record_aovs();
   radiance_.resize(camera_.size());
@@ -156,12 +134,11 @@ void TileRenderer::begin_chunk() {
 }
 
 void TileRenderer::end_chunk() {
-  std::vector<float>& alpha = result_.pixels.plane<float>(Aov::alpha);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    if (!alpha.empty()) alpha[pixel(samples_[i])] += covered_[i];
-    Rgb& sum = result_.pixels.color[pixel(samples_[i])];
+    const std::size_t at = pixel(samples_[i]);
     const bool is_hidden = context_.settings.transparent && covered_[i] == 0;
-    sum = sum + (is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
+    result_.sums.add(at, samples_[i].index, is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
+    result_.sums.add(Aov::alpha, at, covered_[i]);
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
   fit_chunks();
@@ -173,7 +150,8 @@ void TileRenderer::trace_first_level() {
   camera_.clear();
   for (const SampleId& s : samples_) {
     const PixelOffset offset = context_.filter.sample(context_.sampler.film(s));
-    camera_.add(s.x + offset.x, s.y + offset.y);
+    const Vec2 lens = context_.rays.has_lens() ? context_.sampler.two(s, kLensDimension) : Vec2();
+    camera_.add(s.x + offset.x, s.y + offset.y, lens);
   }
   hits_.resize(camera_.size());
   if (tile_.first_level == FirstLevel::nothing) {
@@ -210,18 +188,19 @@ void TileRenderer::record_albedo(std::size_t at, const Ray& ray, const Hit& hit)
   const Material& material = context_.scene->materials[context_.scene->objects[hit.object].material];
   const Shading shading(world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t),
                         UnitVec3::normalize(ray.direction).value_or(UnitVec3::z()));
-  Rgb& sum = result_.pixels.plane<Rgb>(Aov::albedo)[at];
-  sum = sum + albedo(make_bsdf(material, shading.entering), basis_around(shading.normal).to_local(shading.to_viewer));
+  const Vec3 to_viewer = basis_around(shading.normal).to_local(shading.to_viewer);
+  result_.sums.add(Aov::albedo, at, albedo(make_bsdf(material, shading.entering), to_viewer));
 }
 
-/// What the rays of a pixel have cost so far, were they all.
+/// What the rays of a chunk have cost, all of them of one pixel.
 void TileRenderer::record_costs(std::size_t at) {
-  const auto per_sample = [&](std::uint64_t TestCounts::*count) {
-    return static_cast<float>(static_cast<double>(result_.tests.*count - before_pixel_.*count) /
-                              context_.settings.samples);
+  const auto cost = [&](std::uint64_t TestCounts::*count) {
+    return static_cast<float>(result_.tests.*count - before_chunk_.*count);
   };
-  result_.pixels.record(Aov::cost_volumes, at, per_sample(&TestCounts::volume_tests));
-  result_.pixels.record(Aov::cost_primitives, at, per_sample(&TestCounts::object_tests));
+  result_.sums.add(Aov::cost_volumes, at, cost(&TestCounts::volume_tests));
+  result_.sums.add(Aov::cost_primitives, at, cost(&TestCounts::object_tests));
 }
+
+void TileRenderer::finish() { resolve(result_.sums, *pass_, result_.pixels); }
 
 }  // namespace tessera

@@ -15,14 +15,14 @@
 
 namespace tessera {
 
-/// One tile being rendered, a chunk of its samples at a time. The result is the same wherever it is interrupted, and
-/// whatever threads it goes on in; one at a time.
+/// One pass of a tile being rendered, a chunk of its samples at a time. The result is the same wherever it is
+/// interrupted, and whatever threads it goes on in; one at a time.
 class TileRenderer {
  public:
   using Clock = std::chrono::steady_clock;
 
   /// For tile `index` of the plan. The context has to outlive this.
-  TileRenderer(const RenderContext& context, std::size_t index);
+  TileRenderer(const RenderContext& context, std::size_t index, PassWork work);
   TileRenderer(const TileRenderer&) = delete;
 
   /// Goes on until the tile is done, or `until` has passed, or `stop` is requested; by one batch of rays at least. It
@@ -45,17 +45,19 @@ class TileRenderer {
   void record_aovs();
   void record_albedo(std::size_t at, const Ray& ray, const Hit& hit);
   void record_costs(std::size_t at);
+  /// Makes the pixels of what has been summed.
   void finish();
   std::size_t pixel(const SampleId& sample) const { return result_.pixels.index(sample.x, sample.y); }
 
   const RenderContext& context_;
   const Tile& tile_;
+  std::shared_ptr<const Pass> pass_;
   SampleOrder order_;
   Candidates candidates_;
-  TileResult result_;  ///< Colours are sums until all is traced.
+  TileResult result_;  ///< Its pixels are made of its sums when all is traced.
   TraceLog log_;
   std::unique_ptr<Integrator> integrator_;  ///< Unless all pixels of the tile are the same.
-  TestCounts before_pixel_;
+  TestCounts before_chunk_;
   std::uint64_t samples_done_ = 0;
   // Of the chunk at hand; empty between two.
   Clock::duration longest_batch_{};

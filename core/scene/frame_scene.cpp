@@ -6,7 +6,7 @@
 
 #include "core/geometry/shape_outline.h"
 #include "core/math/float_environment.h"
-#include "core/math/portable.h"
+#include "core/scene/film_plane.h"
 
 namespace tessera {
 namespace {
@@ -19,6 +19,9 @@ constexpr std::size_t kMostVertices = 1'000'000;
 
 /// How far from all there is to see a camera keeps, in sizes of the scene.
 constexpr double kLeastDistance = 0x1p-10;
+
+/// How far ahead `at` lies, in distances of the camera from the origin, so that floats tell it from `from`.
+constexpr double kLeastDepth = 0x1p-22;
 
 /// Beyond this the image is a point of light, whatever the field of view; and floats end soon.
 constexpr double kFarthest = 1e30;
@@ -119,33 +122,39 @@ Camera frame_scene(const Scene& scene, std::uint32_t width, std::uint32_t height
 
   const double smaller = std::min(width, height);
   const double margin = std::min(std::max(kMargin * smaller, 1.0), smaller / 4);
-  const double half_width = width / 2.0 - margin, half_height = height / 2.0 - margin;  // what is free, in pixels
+  const double free_width = width - 2 * margin, free_height = height - 2 * margin;  // in pixels
   const Axes axes(view);
-  auto* pinhole = std::get_if<PerspectiveCamera>(&camera);
+  const auto* perspective = std::get_if<PerspectiveCamera>(&camera);
 
   // Along the normals of the four planes through the camera that bound what is free, at slopes that are 0 when rays are
   // parallel; nearest; and farthest.
-  const double pixel = pinhole ? 2 * portable_tan(pinhole->vertical_fov / 2.0) / height : 0;
-  const double across = pixel * half_width, upright = pixel * half_height;
+  const FilmPlane film = perspective ? film_plane(*perspective, width, height) : FilmPlane{};
+  const double to_right = film.pixel_x * (width - film.axis_x - margin),
+               to_left = film.pixel_x * (film.axis_x - margin);
+  const double to_top = film.pixel_y * (film.axis_y - margin),
+               to_bottom = film.pixel_y * (height - film.axis_y - margin);
   const auto [right, left, up, down, nearest, farthest] =
       reach_of(scene, box, extent,
-               {axes.right - across * axes.forward, -axes.right - across * axes.forward,
-                axes.up - upright * axes.forward, -axes.up - upright * axes.forward, -axes.forward, axes.forward})
+               {axes.right - to_right * axes.forward, -axes.right - to_left * axes.forward,
+                axes.up - to_top * axes.forward, -axes.up - to_bottom * axes.forward, -axes.forward, axes.forward})
           .farthest;
 
-  // The camera stands at x, y, z along its axes. It is inside all planes when ±x − across·z and ±y − upright·z reach at
-  // least as far: x and y are in the middle of what that leaves them, z is the largest that leaves them anything.
-  const double x = 0.5 * (right - left), y = 0.5 * (up - down);
-  double z = -nearest - (pinhole ? kLeastDistance : 1) * size;
-  if (pinhole) {
-    z = std::min({z, -0.5 * (right + left) / across, -0.5 * (up + down) / upright});
+  // The camera stands at x, y, z along its axes. It is inside all planes when x − to_right·z, −x − to_left·z and so on
+  // reach at least as far: x and y are in the middle of what that leaves them, z is the largest that leaves them
+  // anything.
+  double z = -nearest - (perspective ? kLeastDistance : 1) * size;
+  if (perspective) {
+    z = std::min({z, -(right + left) / (film.pixel_x * free_width), -(up + down) / (film.pixel_y * free_height)});
     z = std::max(z, -kFarthest);
-  } else {
-    const double needed = std::max((right + left) / half_width, (up + down) / half_height) * height / 2;
+  }
+  const auto middle = [](double v) { return std::clamp(0.5 * v, -kFarthest, kFarthest); };
+  const double x = middle(right - left + (to_right - to_left) * z), y = middle(up - down + (to_top - to_bottom) * z);
+  if (!perspective) {
+    const double needed = std::max((right + left) / free_width, (up + down) / free_height) * height;
     std::get<OrthographicCamera>(camera).height = static_cast<float>(needed);
   }
   const Vec3d from = x * axes.right + y * axes.up + z * axes.forward;
-  const double depth = 0.5 * (farthest - nearest) - z;
+  const double depth = std::max(0.5 * (farthest - nearest) - z, kLeastDepth * max_component(abs(from)));
   view = {to_float(from), to_float(from + depth * axes.forward), view.up};
   return camera;
 }

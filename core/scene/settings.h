@@ -32,8 +32,8 @@ enum class Aov {
 /// `path` otherwise. `direct` is `path` with two rays in a chain at most.
 enum class IntegratorKind { automatic, whitted, direct, ambient_occlusion, path };
 
-/// Where the numbers of samples come from. `automatic` is `grid` (jittered cells of the pixel) for `whitted`, which
-/// alone takes it, and `sobol` otherwise.
+/// Where the numbers of samples come from. `automatic` is `grid` (jittered cells of the pixel, as many as there are
+/// samples) for `whitted`, which alone takes it, where all of them will be used, and `sobol` otherwise.
 enum class SamplerKind { automatic, grid, independent, sobol };
 
 /// What a pixel's samples are spread by.
@@ -52,7 +52,7 @@ struct Settings {
   /// (I − R)² / (R² + 0.01) over pixels and channels) is at most this; > 0.
   std::optional<float> error;
   std::optional<double> seconds;  ///< Where given, no pass begins that would end later; > 0.
-  bool adaptive = true;           ///< With `error`: samples go where there is error left, block by block.
+  bool adaptive = true;           ///< With either: samples go where there is error left, block by block.
   bool jitter = true;             ///< Samples fall anywhere in the pixel; otherwise all on its centre.
   /// ≥ 1; where none is given, as many as suit the integrator. For `whitted`, rays in a chain, the camera's being the
   /// first. A chain ends earlier where what the next ray brings would be weighed with less than 2^-25, and a camera ray
@@ -73,5 +73,9 @@ struct Settings {
   std::set<Aov> aovs;
   bool count_tests = false;  ///< Count what `TestCounts` holds; the cost planes count in any case.
 };
+
+/// Whether a job's samples are two independent replicates, so that its error can be told: sample i belongs to replicate
+/// i % 2. Otherwise they are one.
+inline bool measures_error(const Settings& settings) { return settings.error || settings.seconds; }
 
 }  // namespace tessera

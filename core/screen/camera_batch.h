@@ -19,8 +19,8 @@ class CameraBatch {
 
   void clear();
 
-  /// Adds `CameraRays::ray(x, y)`.
-  void add(double x, double y);
+  /// Adds `CameraRays::ray(x, y, lens)`.
+  void add(double x, double y, Vec2 lens = {0.5F, 0.5F});
 
   std::size_t size() const { return rays().size(); }
 
@@ -31,8 +31,8 @@ class CameraBatch {
   void closest(const Accel& accel, std::span<Hit> hits, TraceLog log, Candidates among) const;
 
  private:
-  bool is_fan() const { return camera_.is_perspective(); }
-  RayFan fan() const { return {camera_.eye(), directions_}; }
+  bool is_fan() const { return camera_.is_perspective() && !camera_.has_lens(); }
+  RayFan fan() const;
 
   const CameraRays& camera_;
   std::vector<Ray> rays_;

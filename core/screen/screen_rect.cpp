@@ -10,9 +10,9 @@ namespace {
 struct Range {
   double lo = std::numeric_limits<double>::infinity();
   double hi = -std::numeric_limits<double>::infinity();
-  void add(double v) {
-    lo = std::min(lo, v);
-    hi = std::max(hi, v);
+  void add(double v, double doubt) {
+    lo = std::min(lo, v - doubt);
+    hi = std::max(hi, v + doubt);
   }
   /// A point on the camera's own plane is seen infinitely far out, on the side where it lies; on both when it is
   /// too near the axis to tell.
@@ -30,12 +30,17 @@ std::int32_t clamp_to_pixels(double v, std::uint32_t size) {
 
 PixelRect screen_rect(const Aabb& box, const CameraRays& camera, Transform::Error placed) {
   if (box.empty()) return {};
+  const auto width = static_cast<std::int32_t>(camera.width()), height = static_cast<std::int32_t>(camera.height());
+  const PixelRect whole{0, 0, width, height};
+  if (camera.lens_reach() == kInfinity) return whole;
   const Vec3d eye = to_double(camera.eye());
   const double reach =
-      std::max(max_component(abs(to_double(box.lo) - eye)), max_component(abs(to_double(box.hi) - eye)));
-  // O + R of `Transform::Error`. A pinhole's rays start at the eye. A parallel ray that can hit the box starts within
-  // 2·reach of the eye, where the box's shadow on the camera's plane lies, so its own reach is at most 3·reach.
-  const double from_origin = max_component(abs(eye)) + (camera.is_perspective() ? 1 : 5) * reach;
+      std::max(max_component(abs(to_double(box.lo) - eye)), max_component(abs(to_double(box.hi) - eye))) +
+      camera.lens_reach();
+  // O + R of `Transform::Error`. A pinhole's rays start at the eye, a lens's so near that `reach` holds their own. A
+  // parallel ray that can hit the box starts within 2·reach of the eye, where the box's shadow on the camera's plane
+  // lies, so its own reach is at most 3·reach.
+  const double from_origin = max_component(abs(eye)) + camera.lens_reach() + (camera.is_perspective() ? 1 : 5) * reach;
   const double pad = 8 * kUnitRoundoff * (placed.condition * from_origin + placed.offset) + reach * 0x1p-30;
   const Vec3d lo = to_double(box.lo) - Vec3d{pad, pad, pad}, hi = to_double(box.hi) + Vec3d{pad, pad, pad};
 
@@ -53,14 +58,16 @@ PixelRect screen_rect(const Aabb& box, const CameraRays& camera, Transform::Erro
     any_in_front |= in_front;
     any_behind |= !in_front;
     if (in_front || !camera.is_perspective()) {
-      x.add(seen[i].x);
-      y.add(seen[i].y);
+      // Each place on the lens sees the box within its corners (and what is in front of the camera's plane, within the
+      // corners and what is infinitely far): so all do within what all of them see of each corner.
+      const auto blur = camera.blur(seen[i].depth);
+      x.add(seen[i].x, blur.x);
+      y.add(seen[i].y, blur.y);
     }
   }
   const bool touches_plane = std::ranges::any_of(seen, [&](const auto& s) { return std::abs(s.depth) <= plane; });
   if (!any_in_front && !touches_plane) return {};
-  const auto width = static_cast<std::int32_t>(camera.width()), height = static_cast<std::int32_t>(camera.height());
-  if (camera.is_perspective() && !any_in_front) return {0, 0, width, height};
+  if (camera.is_perspective() && !any_in_front) return whole;
 
   if (camera.is_perspective() && any_behind)
     for (int i = 0; i < 8; ++i)
@@ -69,17 +76,18 @@ PixelRect screen_rect(const Aabb& box, const CameraRays& camera, Transform::Erro
         if (seen[i].depth > plane && seen[j].depth <= plane) {
           const double share = seen[i].depth / (seen[i].depth - seen[j].depth);
           const auto side = camera.sideways(corners[i] + (corners[j] - corners[i]) * share);
-          x.add_infinitely_far(side.x, plane);
-          y.add_infinitely_far(side.y, plane);
+          x.add_infinitely_far(side.x, plane + camera.lens_reach());
+          y.add_infinitely_far(side.y, plane + camera.lens_reach());
         }
       }
 
   // Dwarfs the rounding of the projection itself, which is in double.
-  const double stray = camera.stray_pixels(reach);
-  const PixelRect rect{clamp_to_pixels(std::floor(x.lo - stray), camera.width()),
-                       clamp_to_pixels(std::floor(y.lo - stray), camera.height()),
-                       clamp_to_pixels(std::floor(x.hi + stray) + 1, camera.width()),
-                       clamp_to_pixels(std::floor(y.hi + stray) + 1, camera.height())};
+  const auto [stray_x, stray_y] = camera.stray(reach);
+  const double more_x = stray_x + camera.beyond(), more_y = stray_y + camera.beyond();
+  const PixelRect rect{clamp_to_pixels(std::floor(x.lo - more_x), camera.width()),
+                       clamp_to_pixels(std::floor(y.lo - more_y), camera.height()),
+                       clamp_to_pixels(std::floor(x.hi + more_x) + 1, camera.width()),
+                       clamp_to_pixels(std::floor(y.hi + more_y) + 1, camera.height())};
   return rect.empty() ? PixelRect{} : rect;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/sampling/pixel_filter.h"
 #include "core/screen/screen_parts.h"
 #include "core/screen/screen_rect.h"
 #include "core/screen/screen_tree.h"
@@ -107,7 +108,9 @@ class Cutter {
 
 }  // namespace
 
-Tiling make_tiling(const Scene& scene, const CameraRays& camera, const Settings& settings) {
+Tiling make_tiling(const Scene& scene, const Camera& seen_by, const Settings& settings) {
+  const double beyond = std::max(0.0, PixelFilter(settings.filter, settings.filter_width).reach() - 0.5);
+  const CameraRays camera(seen_by, settings.width, settings.height, beyond);
   const PixelRect image{0, 0, static_cast<std::int32_t>(settings.width), static_cast<std::int32_t>(settings.height)};
   Tiling out;
   std::vector<PixelRect> areas;

@@ -7,7 +7,6 @@
 #include "core/bounds/pixel_rect.h"
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
-#include "core/screen/camera_rays.h"
 
 namespace tessera {
 
@@ -40,6 +39,6 @@ struct Tiling {
 /// Cuts the image by the areas that the scene's objects, or their parts (`ScreenBounds`), project to. With a tile size
 /// set, tiles are squares of that size; otherwise the image is halved until a tile is empty, or cheap enough for its
 /// few candidates and pixels.
-Tiling make_tiling(const Scene& scene, const CameraRays& camera, const Settings& settings);
+Tiling make_tiling(const Scene& scene, const Camera& camera, const Settings& settings);
 
 }  // namespace tessera

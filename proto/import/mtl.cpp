@@ -17,7 +17,7 @@ namespace tessera::proto {
 namespace {
 
 /// Far beyond any use; the products of what is smaller stay finite.
-constexpr float kLargestShare = 1000;
+constexpr float kLargestMtlShare = 1000;
 
 /// A material takes some 200 bytes with its name, and as little as 9 in the file.
 constexpr std::size_t kMostMaterials = 1 << 16;
@@ -213,11 +213,11 @@ class MtlReader {
       value = {r, g, b};
     }
     const float most = std::max({value.r, value.g, value.b});
-    if (most > kLargestShare)
+    if (most > kLargestMtlShare)
       note("A colour has a component above 1000, which counts as 1000");
     else if (most > 1)
       note("A colour has a component above 1, which is used as it is");
-    const auto share = [this](float v) { return std::min(not_negative(v), kLargestShare); };
+    const auto share = [this](float v) { return std::min(not_negative(v), kLargestMtlShare); };
     return {share(value.r), share(value.g), share(value.b)};
   }
 

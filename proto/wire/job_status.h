@@ -23,7 +23,24 @@ enum class ImageState { none, partial, complete, gone };
 
 std::string_view name(ImageState state);
 
-/// What `GET /v1/jobs/{id}` says. Times are seconds; `eta` is absent until a tile is done.
+struct Range {
+  double low = 0, high = 0;
+};
+
+/// An image's error, and the interval that holds it in 95 of 100 cases.
+struct Achieved {
+  double error = 0;
+  Range interval;
+};
+
+struct SamplesPerPixel {
+  std::uint32_t least = 0;
+  double mean = 0;
+  std::uint32_t most = 0;
+};
+
+/// What `GET /v1/jobs/{id}` says. Times are seconds; `eta` and its range are absent unless it renders and has traced a
+/// ray.
 struct JobStatus {
   std::string id;
   std::string name;  ///< As the user gave it; may be empty.
@@ -32,9 +49,16 @@ struct JobStatus {
   std::string scene;  ///< Content hash.
   std::uint32_t width = 0, height = 0;
   std::uint64_t tiles_done = 0, tiles_total = 0;
-  std::uint64_t samples_done = 0, samples_total = 0;
-  double elapsed = 0;  ///< From acceptance to the end, or to now.
+  std::uint64_t samples_done = 0, samples_total = 0;  ///< The total is the most that there may be.
+  double progress = 0;                                ///< The part of the work that is done, 0..1, as far as is known,
+  Range progress_range;                               ///< and between which bounds.
+  std::uint32_t passes = 0;                           ///< That are complete.
+  SamplesPerPixel samples_per_pixel;                  ///< After those.
+  std::optional<Achieved> achieved;                   ///< Likewise; absent where the error isn't measured.
+  std::optional<std::string> ended_by;                ///< "samples", "error" or "seconds"; absent until it completes.
+  double elapsed = 0;                                 ///< From acceptance to the end, or to now.
   std::optional<double> eta;
+  std::optional<Range> eta_range;
   std::string created;  ///< RFC 3339, UTC.
   std::string error;    ///< Why it failed; empty otherwise.
   std::uint64_t warnings = 0;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -43,22 +44,28 @@ bool covers(std::string_view if_none_match, std::string_view etag) {
   return false;
 }
 
-/// A job's image, or, while `stored` isn't all of its tiles, what there is of it.
+/// A job's image. What there is of one that isn't complete is copied, as tiles go on to be stored.
 struct Picture {
   std::shared_ptr<const Film> film;
-  std::optional<std::vector<bool>> stored;  ///< None where the image is complete.
+  std::shared_ptr<const Film::Snapshot> so_far;  ///< Null where the image is complete.
   ImageChoice choice;
 };
+
+/// The AOVs that a plane's image shows.
+std::set<Aov> aovs_of(Plane plane, const std::set<Aov>& recorded) {
+  if (plane.is_all) return recorded;
+  if (plane.aov) return {*plane.aov};
+  return recorded.contains(Aov::alpha) ? std::set<Aov>{Aov::alpha} : std::set<Aov>{};
+}
 
 std::string name_of(Plane plane) {
   if (plane.is_all) return "all";
   return plane.aov ? std::string(aov_entry(*plane.aov).name) : "color";
 }
 
-/// All that the bytes depend on: the pixels of a job's tile never change once it is stored, no id comes twice, and one
-/// version of this program encodes equal pixels to equal bytes.
-std::string key_of(const std::string& id, const Picture& picture) {
-  const ImageChoice& choice = picture.choice;
+/// All that the bytes depend on: a tile's pixels are the same as long as its version is, no id comes twice, and one
+/// version of this program encodes equal pixels to equal bytes. `versions` is given where the image isn't complete.
+std::string key_of(const std::string& id, const ImageChoice& choice, const std::vector<std::uint32_t>* versions) {
   std::string key = id + " plane " + name_of(choice.plane) + ' ' + std::string(choice.format.name);
   const Encoding& encoding = choice.encoding;
   if (encoding.format == ImageFormat::jpeg)
@@ -68,18 +75,21 @@ std::string key_of(const std::string& id, const Picture& picture) {
   if (encoding.look != Look())
     key += " look " + std::to_string(std::bit_cast<std::uint32_t>(encoding.look.exposure)) + '/' +
            std::to_string(static_cast<int>(encoding.look.tone_map));
-  if (picture.stored) {
-    key += " tiles ";
-    for (const bool is_stored : *picture.stored) key += is_stored ? '1' : '0';
+  if (versions) {
+    key += " tiles";
+    for (const std::uint32_t version : *versions) key += ' ' + std::to_string(version);
   }
   return key;
 }
 
+std::string etag_of(const std::string& key) {
+  return '"' + proto::content_hash(key + " tessera " TESSERA_VERSION) + '"';
+}
+
 EncodedImage encode_picture(const Picture& picture, const std::stop_token& unwanted) {
-  std::vector<std::uint8_t> done;
-  if (picture.stored) done = picture.film->pixels_of(*picture.stored);
-  auto encoded = encode(picture.film->pixels(), picture.choice.plane, picture.choice.encoding,
-                        picture.stored ? &done : nullptr, unwanted);
+  const Film::Snapshot* so_far = picture.so_far.get();
+  auto encoded = encode(so_far ? so_far->pixels : picture.film->pixels(), picture.choice.plane, picture.choice.encoding,
+                        so_far ? &so_far->is_there : nullptr, unwanted);
   if (encoded) return std::make_shared<const std::vector<std::byte>>(*std::move(encoded));
   if (unwanted.stop_requested()) throw proto::Abandoned();
   throw std::logic_error("an image was to be encoded that its format can't hold");
@@ -100,28 +110,37 @@ Response fetch_image(Services& services, Request& request) {
   auto film = services.jobs.film(job->id);
   if (!film) return problem_response(film.problem());
 
-  Picture picture{*std::move(film), std::nullopt, *choice};
+  Picture picture{*std::move(film), nullptr, *choice};
   const bool complete = job->image == ImageState::complete;
-  if (!complete) {
-    if (FileBudget::is_limited() && picture.film->tile_count() > kQuickTiles) throw TooHeavy{};
-    picture.stored = picture.film->stored();
-  }
-  const std::string key = key_of(job->id, picture);
-  const std::string etag = '"' + proto::content_hash(key + " tessera " TESSERA_VERSION) + '"';
+  if (!complete && FileBudget::is_limited() && picture.film->tile_count() > kQuickTiles) throw TooHeavy{};
+  std::vector<std::uint32_t> versions;
+  if (!complete) versions = picture.film->versions();
+  std::string key = key_of(job->id, *choice, complete ? nullptr : &versions);
+  std::string etag = etag_of(key);
   Response response;
-  response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
+  const auto say_what_it_is = [&] {
+    response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
+  };
+  say_what_it_is();
   if (covers(request.header("if-none-match").value_or(""), etag)) {
     response.status = 304;
     return response;
   }
-  response.headers.emplace_back("Content-Type", choice->format.media_type);
   auto image = services.images.find(key);
+  if (!image && FileBudget::is_limited() && !request.is_head) throw TooHeavy{};  // Encoding is for the slow lane.
+  if (!image && !request.is_head && !complete) {
+    picture.so_far = std::make_shared<const Film::Snapshot>(
+        picture.film->snapshot(aovs_of(choice->plane, picture.film->pixels().aovs())));
+    key = key_of(job->id, *choice, &picture.so_far->versions);  // More may have been stored meanwhile.
+    etag = etag_of(key);
+    say_what_it_is();
+  }
+  response.headers.emplace_back("Content-Type", choice->format.media_type);
   if (!image && request.is_head) {  // Its length isn't worth encoding it.
     response.has_length = false;
     return response;
   }
   if (!image) {
-    if (FileBudget::is_limited()) throw TooHeavy{};  // Encoding, and waiting for it, is for the slow lane.
     const auto make = [&](const std::stop_token& unwanted) {
       EncodedImage made = encode_picture(picture, unwanted);
       spdlog::debug("job {}: encoded as {}", job->id, choice->format.name);

@@ -50,7 +50,7 @@ proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest
 
 /// An image that wouldn't fit if there were no other: waiting doesn't help.
 std::optional<Problem> refuse_size(const Settings& settings, const Config& config) {
-  const std::uint64_t bytes = image_bytes(settings);
+  const std::uint64_t bytes = image_bytes(settings) + passes_bytes(settings);
   if (bytes <= config.max_film_memory) return std::nullopt;
   return Problem{
       ProblemCode::invalid_document,

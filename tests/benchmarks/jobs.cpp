@@ -13,6 +13,7 @@
 #include "tests/benchmarks/support/job_peer_process.h"
 #include "tests/benchmarks/support/job_peer_scene.h"
 #include "tests/benchmarks/support/report.h"
+#include "tests/benchmarks/support/work_folder.h"
 
 namespace tessera::bench {
 namespace {
@@ -22,24 +23,6 @@ namespace fs = std::filesystem;
 constexpr int kRepetitions = 3;
 constexpr double kBar = 3;  ///< A peer's wall time over ours.
 const std::string kSide = "1024";
-
-/// A folder for scenes and images that goes with this.
-class Folder {
- public:
-  Folder() : path_(fs::temp_directory_path() / "tessera-bench-jobs") {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// Start the daemon, have the client render the scene to a PNG. The daemon's end isn't counted: the image is there.
 double run_tessera(const fs::path& scene, int samples) {
@@ -109,7 +92,7 @@ void measure(Report& report, const std::string& name_part) {
       "PLY.\n"
       "Medians of %d interleaved repetitions, ± half the distance between the quartiles.\n",
       kSide.c_str(), kSide.c_str(), kRepetitions);
-  const Folder folder;
+  const WorkFolder folder("jobs");
   for (const auto& [name, triangles] : {std::pair{"100k", 100'000U}, std::pair{"1600k", 1'600'000U}}) {
     if (std::string(name).find(name_part) == std::string::npos) continue;
     const JobScene scene = job_scene(name, triangles);

@@ -10,7 +10,7 @@ import unittest
 import zlib
 from concurrent.futures import ThreadPoolExecutor
 
-from daemon import Daemon
+from daemon import SOURCE, Daemon
 from documents import SMALL_JOB, SPHERE, crowd, endless_job
 
 STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE"}
@@ -222,6 +222,35 @@ class ApiTest(unittest.TestCase):
                                ("exposure=1&format=exr", "?exposure"), ("tone_map=aces&format=hdr", "?tone_map"),
                                ("precision=half", "?precision"), ("precision=quarter&format=exr", "?precision")):
             self.assertEqual(self.get(f"{image}?{query}", status=400).json()["errors"][0]["pointer"], pointer)
+
+    def test_a_transparent_background(self):
+        image = f"/v1/jobs/{self.render({**SMALL_JOB, 'settings': {'transparent': True}})}/image"
+        *header, rows = png_pixels(self.get(image).body)
+        self.assertEqual(header, [16, 16, 8, 6])  # 6: with alpha
+        self.assertEqual(rows[1:5], bytes(4), "the sphere doesn't reach the corner")
+        self.assertIn(b"A\0", self.get(f"{image}?format=exr").body[:300])
+        self.assertTrue(self.get(f"{image}?aov=alpha&format=exr").body)
+        for opaque in (f"{image}?format=jpeg", f"{image}?format=hdr"):
+            self.get(opaque)
+        *header, _ = png_pixels(self.get(f"/v1/jobs/{self.render(SMALL_JOB)}/image").body)
+        self.assertEqual(header, [16, 16, 8, 2])
+
+    def test_an_environment_by_path_and_by_hash(self):
+        with open(os.path.join(SOURCE, "tests/data/documents/files/sky.hdr"), "rb") as file:
+            sky = file.read()
+        with open(os.path.join(self.assets.name, "sky.hdr"), "wb") as file:
+            file.write(sky)
+        self.assertEqual(self.daemon.request("PUT", f"/v1/blobs/{content_hash(sky)}", sky).status, 201)
+        ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "chrome"}
+        images = []
+        for named in ({"path": "sky.hdr"}, {"blob": content_hash(sky)}):
+            scene = {"objects": [ball], "materials": {"chrome": {"type": "conductor", "metal": "chromium"}},
+                     "lights": [{"type": "environment", **named}]}
+            job = self.daemon.submit({"scene": scene, "image": {"width": 16, "height": 16}})
+            status = self.daemon.wait_ended(job)
+            self.assertEqual(status["state"], "completed", status)
+            images.append((status["scene"], self.get(f"/v1/jobs/{job}/image?format=exr").body))
+        self.assertEqual(images[0], images[1])
 
     def test_images_that_are_too_wide_for_a_format(self):
         for width, height, jpeg in ((65500, 1, 200), (65501, 1, 406), (1, 65501, 406)):

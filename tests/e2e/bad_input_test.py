@@ -74,11 +74,11 @@ class BadInputTest(unittest.TestCase):
             self.assertTrue(problem["errors"][0]["pointer"].startswith("/image"), problem)
 
     def test_an_image_that_the_server_has_no_memory_for(self):
-        with Daemon("--max-film-memory", "1MB") as daemon:
+        with Daemon("--max-film-memory", "1300000") as daemon:
             job = {"scene": SPHERE, "image": {"width": 1000, "height": 1000}}
             reply = daemon.request("POST", "/v1/jobs", job)
             self.assertEqual((reply.status, reply.json()["errors"][0]["pointer"]), (422, "/image"))
-            half = {"scene": SPHERE, "image": {"width": 250, "height": 200}}  # Twelve bytes a pixel.
+            half = {"scene": SPHERE, "image": {"width": 250, "height": 200}}  # 12 bytes a pixel, 24 between passes.
             ended = daemon.submit(half)
             self.assertEqual(daemon.wait_ended(ended)["image"], "complete")
             endless = {**half, "settings": {"samples": 100_000}}
@@ -144,7 +144,7 @@ class BadInputTest(unittest.TestCase):
         for settings, pointer in (({"until": {}}, "/until"), ({"until": {"error": 0}}, "/until/error"),
                                   ({"until": {"seconds": -1}}, "/until/seconds"), ({"until": {"samples": 0}}, "/until/samples"),
                                   ({"until": {"error": 0.1}, "samples": 4}, "/samples"),
-                                  ({"integrator": "path", "sampler": "grid"}, "/sampler")):
+                                  ({"integrator": "ambient_occlusion", "sampler": "grid"}, "/sampler")):
             self.refused_settings(settings, "/settings" + pointer)
 
     def test_an_integrator_that_doesnt_suit_the_scene(self):

@@ -355,7 +355,7 @@ class Commands(ClientTest):
 
     def test_cancel_then_watch_then_delete(self):
         job = self.submit_endless()
-        self.daemon.wait_until(job, lambda status: status["tiles_done"] > 0)
+        self.daemon.wait_until(job, lambda status: status["samples_done"] > 0)
         early = self.tessera("fetch", job, "-o", "part.png", code=REFUSED)
         self.assertIn("--partial fetches the image so far", early.stderr)
         self.assertNotIn("?partial", early.stderr)

@@ -39,7 +39,7 @@ class ConcurrencyTest(unittest.TestCase):
         with Daemon("--threads", "1") as daemon:
             jobs = [daemon.submit(endless_job()) for _ in range(2)]
             for job in jobs:
-                daemon.wait_until(job, lambda status: status["tiles_done"] > 0)
+                daemon.wait_until(job, lambda status: status["samples_done"] > 0)
             self.assertEqual([daemon.status(job)["state"] for job in jobs], ["rendering"] * 2)
 
     def test_answers_come_while_every_core_renders(self):

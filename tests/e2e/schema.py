@@ -12,7 +12,8 @@ TYPES = {
     "null": lambda v: v is None,
 }
 ANNOTATIONS = {"description", "default", "format"}
-CHECKS = {"type", "properties", "required", "additionalProperties", "items", "enum", "const", "pattern", "minimum"}
+CHECKS = {"type", "properties", "required", "additionalProperties", "items", "enum", "const", "pattern", "minimum",
+          "maximum", "minItems", "maxItems"}
 
 
 def resolve(document, node):
@@ -45,6 +46,10 @@ def faults(document, schema, value, where=""):
         found.append(f"{where}: {value!r} doesn't match {schema['pattern']}")
     if "minimum" in schema and value < schema["minimum"]:
         found.append(f"{where}: {value!r} is less than {schema['minimum']}")
+    if "maximum" in schema and value > schema["maximum"]:
+        found.append(f"{where}: {value!r} is greater than {schema['maximum']}")
+    if isinstance(value, list) and not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
+        found.append(f"{where}: {len(value)} items")
     if isinstance(value, dict) and "properties" in schema:
         properties = schema["properties"]
         found += [f"{where}/{name}: missing" for name in schema.get("required", []) if name not in value]

@@ -9,7 +9,7 @@ MAY_INCLUDE = {
     "core": [],
     "proto/wire": [],
     # Readers of files stand below what reads documents, which calls them.
-    "proto/import": ["proto/wire", "core/math", "core/geometry", "core/scene"],
+    "proto/import": ["proto/wire", "core/math", "core/geometry", "core/scene", "core/io/read_environment.h"],
     # Scene types, and tables of which names and options are the wire's; and which integrator a scene takes.
     "proto": [
         "proto/wire", "proto/import", "core/math", "core/geometry", "core/bounds", "core/scene",
@@ -23,7 +23,7 @@ MAY_INCLUDE = {
 # Within core a folder knows itself and the folders before it. Bounds come before geometry: a shape says how it is
 # bounded, and a bound needs points and planes, never a shape.
 CORE_ORDER = [
-    "math", "bounds", "geometry", "scene", "accel", "screen", "plan", "sampling", "light", "material", "integrator",
+    "math", "bounds", "geometry", "scene", "accel", "sampling", "screen", "plan", "light", "material", "integrator",
     "film", "io", "render",
 ]
 

@@ -1,4 +1,6 @@
 // Promise 1 of the design: one image, whatever the way.
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/accel_choices.h"
@@ -95,6 +97,67 @@ TEST(Images, AreTheSameInEveryStructureAndBound_Stress54) {
             << settings.tile_size;
       }
   }
+}
+
+/// Cameras and filters whose samples see more, or less, than a pinhole through its own pixel.
+TEST(Images, AreTheSameThroughLensesFiltersAndClipping_Stress42_Stress64) {
+  auto through = std::get<PerspectiveCamera>(mixed_camera());
+  through.lens = {0.8F, 2};
+  auto clipped = through;
+  clipped.clipping = {3.5F, 6};
+  auto calibrated = std::get<PerspectiveCamera>(mixed_camera());
+  calibrated.intrinsics = Intrinsics{25, 15, 10, 12};
+  calibrated.clipping = {4, kInfinity};
+  auto parallel = std::get<OrthographicCamera>(orthographic_camera());
+  parallel.clipping = {4, 7};
+  for (const Camera& camera : {Camera(through), Camera(clipped), Camera(calibrated), Camera(parallel)})
+    for (const auto& scene : {mixed_scene(), sparse_scene(), meshes_scene()})
+      for (const FilterKind filter : {FilterKind::box, FilterKind::gaussian, FilterKind::blackman_harris}) {
+        Settings settings = all_planes(24, 16, 2);
+        settings.filter = filter;
+        settings.filter_width = filter == FilterKind::box ? 3.5F : 0;
+        settings.accel.kind = AccelKind::brute;
+        settings.screen_bounds = ScreenBounds::off;
+        const Image reference = render_image(scene, camera, settings);
+        for (const AccelKind accel : {AccelKind::bvh, AccelKind::wide})
+          for (const ScreenBounds bounds : {ScreenBounds::flat, ScreenBounds::hierarchical})
+            for (const std::uint32_t size : {kAdaptiveTiles, 7U}) {
+              settings.accel.kind = accel;
+              settings.screen_bounds = bounds;
+              settings.tile_size = size;
+              const Image image = render_image(scene, camera, settings, 2);
+              ASSERT_TRUE(same_bytes(reference.pixels, image.pixels))
+                  << accel_name(accel) << ", screen bounds " << static_cast<int>(bounds) << ", tiles of " << size
+                  << ", filter " << static_cast<int>(filter);
+            }
+      }
+}
+
+/// What is in focus looks as a pinhole shows it, and what isn't looks otherwise.
+TEST(Images, AreBlurredOutOfFocusAlone_Stress64) {
+  SceneBuilder b;
+  b.light(AmbientLight{{1, 1, 1}});
+  b.add(Quad{{{{-3, -3, 0}, {0.01F, -3, 0}, {0.01F, 3, 0}, {-3, 3, 0}}}}, b.material(diffuse({1, 1, 1})));
+  const auto scene = b.build();
+  PerspectiveCamera camera{{{0, 0, 4}, {0, 0, 0}, {0, 1, 0}}, 0.8F};
+  Settings settings = all_planes(33, 33, 64);
+  const Image sharp = render_image(scene, camera, settings);
+  camera.lens = {0.5F, 4};
+  const Image focused = render_image(scene, camera, settings);
+  camera.lens = {0.5F, 2};
+  const Image blurred = render_image(scene, camera, settings);
+  EXPECT_EQ(sharp.pixels.color, focused.pixels.color);
+  // Twice as far away as the lens focuses, its diameter of a metre blurs over a metre, of 33 / (8 · tan 0.4) pixels.
+  const auto grey = [](const Image& image) {
+    int pixels = 0;
+    for (std::size_t x = 0; x < 33; ++x) {
+      const float value = image.pixels.color[16 * 33 + x].r;
+      if (value > 0 && value < 1) ++pixels;
+    }
+    return pixels;
+  };
+  EXPECT_LE(grey(sharp), 1);
+  EXPECT_NEAR(grey(blurred), 33 / (8 * std::tan(0.4)), 2);
 }
 
 /// Tiles in any order, some begun and stopped before, some rendered twice.

@@ -148,6 +148,12 @@ TEST(LightImages, AreTheSameInEveryStructureAndBound_Stress54) {
   }
 }
 
+PassWork whole_pass(const RenderContext& context, std::size_t tile) {
+  const Settings& settings = context.settings;
+  return {std::make_shared<const Pass>(settings.width, settings.height, SampleRange{0, settings.samples}),
+          context.plan.tiling.tiles[tile].rect, settings};
+}
+
 /// How many samples go together is a matter of time, and where their work is interrupted is, too.
 TEST(LightImages, AreTheSameWhateverTheChunks_Stress52) {
   const auto scene = scene_of_everything();
@@ -160,11 +166,11 @@ TEST(LightImages, AreTheSameWhateverTheChunks_Stress52) {
     for (const std::size_t chunk : {1UL, 2UL, 3UL, 31UL, 64UL, 1000UL, 8192UL}) {
       const RenderContext context{scene, accel, settings, plan, CameraRays(mixed_camera(), 24, 16)};
       *context.chunk = chunk;
-      TileRenderer whole(context, 0);
+      TileRenderer whole(context, 0, whole_pass(context, 0));
       ASSERT_TRUE(whole.go_on(TileRenderer::Clock::time_point::max()));
       EXPECT_TRUE(same_bytes(reference.pixels, whole.result().pixels)) << chunk;
       *context.chunk = chunk;
-      TileRenderer by_steps(context, 0);
+      TileRenderer by_steps(context, 0, whole_pass(context, 0));
       while (!by_steps.go_on(TileRenderer::Clock::time_point::min())) continue;
       EXPECT_TRUE(same_bytes(reference.pixels, by_steps.result().pixels)) << chunk << ", in steps";
     }

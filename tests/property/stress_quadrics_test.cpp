@@ -67,7 +67,7 @@ TEST(StressQuadrics, FlatShapesFromTenMillionMetres_Stress22) {
         ++unsure;
         continue;
       }
-      const std::uint32_t id = expected.object_id[expected.index(x, y)];
+      const std::uint32_t id = expected.plane<std::uint32_t>(Aov::object_id)[expected.index(x, y)];
       if (exact.hits.empty()) {
         EXPECT_GT(id, 1U) << x << ' ' << y;
         continue;

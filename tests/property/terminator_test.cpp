@@ -44,13 +44,13 @@ void compare(const TriangleMesh& mesh, Vec3d to_sun, Compared& out) {
   for (std::uint32_t y = 0; y < kSide; ++y)
     for (std::uint32_t x = 0; x < kSide; ++x) {
       const std::size_t at = std::size_t{y} * kSide + x;
-      if (seen.object_id[at] == kNoId) continue;
+      if (seen.plane<std::uint32_t>(Aov::object_id)[at] == kNoId) continue;
       const Ray ray = rays.ray(x + 0.5, y + 0.5);
       const Vec3d o = to_double(ray.origin), d = to_double(ray.direction);
       const double middle = -dot(o, d) / dot(d, d), inside = 1 - dot(o + middle * d, o + middle * d);
       ASSERT_GT(inside, 0);
       const Vec3d there = o + (middle - std::sqrt(inside / dot(d, d))) * d;
-      const Vec3d point = o + double{seen.depth[at]} * d, radial = point / length(point);
+      const Vec3d point = o + double{seen.plane<float>(Aov::depth)[at]} * d, radial = point / length(point);
       const double got = seen.color[at].r, due = std::max(0.0, dot(there, to_sun));
       // A normal that points away from who sees the face is replaced by the face's.
       if (dot(radial, d) < -1e-3) out.worst = std::max(out.worst, std::abs(got - std::max(0.0, dot(radial, to_sun))));

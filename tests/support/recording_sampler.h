@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -49,11 +50,11 @@ class RecordingSampler {
   float one(SampleId id, Dimension dimension) const { return at(id).one(dimension); }
   Vec2 two(SampleId id, Dimension dimension) const { return at(id).two(dimension); }
 
-  /// How many numbers all samples have drawn.
-  std::size_t draws() const {
-    std::size_t sum = 0;
-    for (const auto& [id, record] : *records_) sum += record.size();
-    return sum;
+  /// How many samples have drawn it.
+  std::size_t draws_of(Dimension dimension) const {
+    return static_cast<std::size_t>(std::ranges::count_if(*records_, [&](const auto& of_sample) {
+      return std::ranges::find(of_sample.second, dimension.index) != of_sample.second.end();
+    }));
   }
 
   /// One line for each dimension that a sample has drawn more than once (STRESS 66: there are none).

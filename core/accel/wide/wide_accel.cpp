@@ -186,6 +186,26 @@ void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog
 }
 
 void WideAccel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
+  if (!(fan.t_min >= 0)) return Accel::closest_fan(fan, hits, log, among);
+  closest_endless({fan.origin, fan.x, fan.y, fan.z}, hits, log, among);
+  if (fan.t_min == 0 && fan.t_max == kInfinity) return;
+  // A closest hit that isn't before the end means that none is. One that isn't behind the beginning hides what is.
+  std::vector<std::size_t> hidden;
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    if (!(hits[i].t < fan.t_max)) {
+      hits[i] = Hit{};
+    } else if (hits[i].t <= fan.t_min) {
+      hidden.push_back(i);
+      rays.push_back(fan.ray(i));
+    }
+  }
+  std::vector<Hit> behind(rays.size());
+  closest(rays, behind, log, among);
+  for (std::size_t i = 0; i < hidden.size(); ++i) hits[hidden[i]] = behind[i];
+}
+
+void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
   if (fan.size() == 0 || (!among && !are_few(all_, true))) return Accel::closest_fan(fan, hits, log, among);
   const std::span<const std::uint32_t> objects = among.value_or(all_);
   prefetch(fan, hits);

@@ -40,6 +40,8 @@ class WideAccel final : public Accel {
   bool is_mesh(const Object& object) const;
   /// Objects that rays which lead to a point may meet on their way.
   std::vector<std::uint32_t> objects_to(Vec3 apex, std::span<const Ray> rays) const;
+  /// `closest_fan` where the fan's interval is all that is before its origin.
+  void closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const;
   /// Whether batches go through objects one by one.
   static bool are_few(std::span<const std::uint32_t> objects, bool is_fan);
   /// Whether nothing has been made yet for the object's mesh, and these rays need nothing: none enters its box.

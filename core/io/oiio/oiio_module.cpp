@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -64,8 +66,58 @@ bool write_rows(OIIO::ImageOutput& out, const Raster& raster, const std::stop_to
   return true;
 }
 
+/// Where a picture's colours begin, and how many channels they take: 3, or 1 where all are alike.
+struct Colors {
+  int first, count;
+};
+std::optional<Colors> colors_of(const OIIO::ImageSpec& spec) {
+  const int red = spec.channelindex("R"), grey = spec.channelindex("Y");
+  if (red >= 0 && spec.channelindex("G") == red + 1 && spec.channelindex("B") == red + 2) return Colors{red, 3};
+  if (grey >= 0) return Colors{grey, 1};
+  return std::nullopt;
+}
+
+/// What is wrong with the file; nothing once `map` is read.
+std::string read(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes, EnvironmentMap& map) {
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
+  const auto in = OIIO::ImageInput::open(name, nullptr, &memory);
+  if (!in) return OIIO::geterror();
+  const OIIO::ImageSpec spec = in->spec();
+  if (spec.deep || spec.depth > 1) return "It isn't a flat picture.";
+  if (spec.width < 1 || spec.height < 1) return "It has no texels.";
+  if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
+      spec.height != spec.full_height)
+    return "Its texels don't fill its display window.";
+  const std::size_t texels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  if (texels > most_bytes / sizeof(Rgb))
+    return "Its " + std::to_string(spec.width) + " × " + std::to_string(spec.height) +
+           " texels take more memory than there may be.";
+  const auto colors = colors_of(spec);
+  if (!colors) return "It has no channels R, G and B, and no channel Y.";
+
+  map.width = static_cast<std::uint32_t>(spec.width);
+  map.height = static_cast<std::uint32_t>(spec.height);
+  map.texels.resize(texels);
+  if (!in->read_image(0, 0, colors->first, colors->first + colors->count, OIIO::TypeDesc::FLOAT, map.texels.data(),
+                      sizeof(Rgb)))
+    return in->geterror();
+  if (colors->count == 1)
+    for (Rgb& texel : map.texels) texel.g = texel.b = texel.r;
+  return {};
+}
+
 }  // namespace
 }  // namespace tessera
+
+__attribute__((visibility("default"))) void tessera_oiio_read(const char* name, std::span<const std::byte> file,
+                                                              std::uint64_t most_bytes, tessera::EnvironmentMap& map,
+                                                              std::string& problem) try {
+  problem = tessera::read(name, file, most_bytes, map);
+} catch (const std::bad_alloc&) {
+  throw;
+} catch (const std::exception& error) {  // OpenEXR's
+  problem = error.what();
+}
 
 __attribute__((visibility("default"))) void tessera_oiio_write(tessera::ImageFormat format,
                                                                const tessera::Raster& raster,

@@ -18,6 +18,7 @@
 #include "server/scheduler.h"
 #include "tests/benchmarks/support/daemon_process.h"
 #include "tests/benchmarks/support/render_image.h"
+#include "tests/support/files_beside.h"
 #include "tests/support/list_schedule.h"
 
 namespace tessera::bench {
@@ -114,19 +115,6 @@ void measure_steps(Report& report, const std::string& job, const std::filesystem
   report.at_least("jobs_two_threads/" + job, ratio.median(), 1.93);
 }
 
-/// Files beside the scene's own document.
-class FilesBeside final : public proto::FileSource {
- public:
-  explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a blob"); }
-  proto::Result<proto::SourceFile> asset(std::string_view name, const std::stop_token&) const override {
-    return proto::SourceFile{folder_ / name, *proto::hash_file(folder_ / name)};
-  }
-
- private:
-  std::filesystem::path folder_;
-};
-
 RenderContext context_of(const std::filesystem::path& scene, std::uint32_t samples) {
   const std::string document = document_of(scene, samples)["scene"].dump();
   const auto parsed = proto::parse_scene(document, FilesBeside(scene.parent_path()), {});
@@ -152,7 +140,7 @@ std::vector<double> tile_seconds(const RenderContext& context, std::vector<TileR
 struct AroundTiles {
   Samples film;     ///< Making it, and the system giving it memory.
   Samples handing;  ///< Dealing the tiles out to two threads, storing their pixels, counting their rays.
-  Samples looking;  ///< Which pixels are there, as every request for an unfinished image asks.
+  Samples looking;  ///< A copy of the colour that is there, as requests for an unfinished image take it.
 
   void repeat(const RenderContext& context, const std::vector<TileResult>& tiles) {
     std::vector<PixelRect> rects;
@@ -176,7 +164,7 @@ struct AroundTiles {
       while (!image.complete()) std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
     next(handing);
-    const auto there = image.pixels_of(image.stored());
+    const auto there = image.snapshot({});
     next(looking);
   }
 };
@@ -194,7 +182,7 @@ void measure_tiles(Report& report, const std::string& job, const std::filesystem
   const double percent = 100 * beside / (sum + beside);
   std::printf(
       "\n%s: %zu tiles, %.1f ms of processor time, the longest %.2f ms. Beside that %.2f%%: film %s ms, scheduler,\n"
-      "storing and counters %s ms. Looking which pixels are there, which this job needs none of: %s ms.\n",
+      "storing and counters %s ms. A copy of what is there, which this job needs none of: %s ms.\n",
       job.c_str(), tiles.size(), 1e3 * sum, 1e3 * longest, percent, with_spread(around.film, 2).c_str(),
       with_spread(around.handing, 2).c_str(), with_spread(around.looking, 2).c_str());
   report.at_most("jobs_overhead_percent/" + job, percent, 1);

@@ -39,9 +39,14 @@ void write_ply(const TriangleMesh& mesh, PlyBody body, const std::filesystem::pa
   TextFile file(path);
   const bool is_text = body == PlyBody::ascii;
   file << "ply\nformat " << (is_text ? "ascii" : "binary_little_endian") << " 1.0\nelement vertex "
-       << mesh.positions.size() << "\nproperty float x\nproperty float y\nproperty float z\nelement face "
+       << mesh.positions.size() << "\nproperty float x\nproperty float y\nproperty float z\n"
+       << (mesh.normals.empty() ? "" : "property float nx\nproperty float ny\nproperty float nz\n") << "element face "
        << mesh.triangles.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const Vec3 p : mesh.positions) is_text ? void(file << p << "\n") : file.write_raw(p);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    is_text ? void(file << mesh.positions[i]) : file.write_raw(mesh.positions[i]);
+    if (!mesh.normals.empty()) is_text ? void(file << " " << mesh.normals[i]) : file.write_raw(mesh.normals[i]);
+    if (is_text) file << "\n";
+  }
   for (const auto& [a, b, c] : mesh.triangles) {
     if (is_text) {
       file << "3 " << a << " " << b << " " << c << "\n";

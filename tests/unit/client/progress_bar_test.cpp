@@ -8,11 +8,10 @@ namespace {
 using proto::JobState;
 using proto::JobStatus;
 
-JobStatus rendering(std::uint64_t done, std::uint64_t total) {
+JobStatus rendering(double done, double all) {
   JobStatus status;
   status.state = JobState::rendering;
-  status.samples_done = done;
-  status.samples_total = total;
+  status.progress = all == 0 ? 0 : done / all;
   return status;
 }
 
@@ -64,6 +63,14 @@ TEST(FormatDuration, PicksItsUnits) {
   EXPECT_EQ(format_duration(59.96), "1 min 00 s");
   EXPECT_EQ(format_duration(125), "2 min 05 s");
   EXPECT_EQ(format_duration(3725), "1 h 02 min");
+}
+
+TEST(FormatQuality, TellsTheErrorWhereItIsKnown) {
+  proto::JobStatus status;
+  EXPECT_EQ(format_quality(status), "");
+  status.samples_per_pixel.mean = 148.25;
+  status.achieved = {0.009718, {0.00918, 0.010299}};
+  EXPECT_EQ(format_quality(status), ", 148.2 samples a pixel, error 0.00972 (0.00918 to 0.0103)");
 }
 
 }  // namespace

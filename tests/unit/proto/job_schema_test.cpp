@@ -37,6 +37,9 @@ Names names(std::span<const Choice<T>> choices) {
 TEST(JobSchema, ListsTheWords) {
   EXPECT_EQ(settings()["screen_bounds"]["enum"].get<Names>(), names(screen_bounds_names()));
   EXPECT_EQ(settings()["aovs"]["items"]["enum"].get<Names>(), names(aov_names()));
+  EXPECT_EQ(settings()["integrator"]["enum"].get<Names>(), names(integrator_names()));
+  EXPECT_EQ(settings()["sampler"]["enum"].get<Names>(), names(sampler_names()));
+  EXPECT_EQ(settings()["filter"]["properties"]["type"]["enum"].get<Names>(), names(filter_names()));
   const json file = schema("scene.schema.json")["$defs"]["file"];
   EXPECT_EQ(file["properties"]["format"]["enum"].get<Names>(), names(file_format_names()));
 }

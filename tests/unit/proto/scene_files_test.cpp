@@ -1,5 +1,9 @@
+#include <limits>
+
 #include <gtest/gtest.h>
 
+#include "core/io/image_io.h"
+#include "core/math/rounding.h"
 #include "proto/parse.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/proto/test_files.h"
@@ -262,6 +266,95 @@ TEST(SceneFiles, AFileLargerThanTheSceneMayBeIsRefusedUnread) {
   ASSERT_FALSE(result);
   ASSERT_EQ(result.problem().errors.size(), 1U);
   EXPECT_EQ(result.problem().errors[0].pointer, "/objects/0");
+}
+
+/// An environment's map as an EXR.
+std::string map_file(const std::vector<Rgb>& texels, std::int32_t width) {
+  Pixels pixels({0, 0, width, static_cast<std::int32_t>(texels.size()) / width}, {});
+  pixels.color = texels;
+  const auto file = encode(pixels, kColorPlane, {.format = ImageFormat::exr}).value();
+  return {reinterpret_cast<const char*>(file.data()), file.size()};
+}
+
+std::string sky(const std::string& rest) {
+  return R"({"objects": [], "lights": [{"type": "environment", )" + rest + "}]}";
+}
+
+TEST(SceneFiles, AnEnvironmentHasAMap) {
+  TestFiles files;
+  const std::vector<Rgb> texels{{1, 2, 3}, {0, 0, 0}, {0.5F, 1000, 0}, {4, 5, 6}};
+  files.add_asset("sky.exr", map_file(texels, 2));
+  const ContentHash blob = files.add_blob(map_file(texels, 2));
+  const auto by_path = parsed(sky(R"("path": "sky.exr")"), files),
+             by_blob = parsed(sky(R"("blob": ")" + blob + '"'), files);
+  EXPECT_EQ(by_path.hash, by_blob.hash) << "the content counts, not the way to it";
+  for (const ParsedScene& scene : {by_path, by_blob}) {
+    const auto& light = std::get<EnvironmentLight>(scene.scene->lights.at(0));
+    ASSERT_TRUE(light.map);
+    EXPECT_EQ(light.map->width, 2U);
+    EXPECT_EQ(light.map->height, 2U);
+    EXPECT_EQ(light.map->texels, texels);
+    EXPECT_EQ(light.to_world, (std::array<float, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1}));
+  }
+  EXPECT_GE(memory_bytes(*by_path.scene), memory_bytes(Scene()) + 4 * sizeof(Rgb));
+  const auto other = parsed(sky(R"("blob": ")" + files.add_blob(map_file({{1, 1, 1}, {1, 1, 1}}, 2)) + '"'), files);
+  EXPECT_NE(other.hash, by_blob.hash);
+  EXPECT_NE(parsed(sky(R"("path": "sky.exr", "radiance": [2, 2, 2])"), files).hash, by_path.hash);
+}
+
+TEST(SceneFiles, AnEnvironmentIsTurned) {
+  TestFiles files;
+  files.add_asset("sky.exr", map_file({{1, 2, 3}, {0, 0, 0}}, 2));
+  const auto turned =
+      parsed(sky(R"("path": "sky.exr", "transform": {"rotate": {"axis": [0, 1, 0], "degrees": 90}})"), files);
+  // What was −z is now −x.
+  EXPECT_EQ(std::get<EnvironmentLight>(turned.scene->lights.at(0)).to_world,
+            (std::array<float, 9>{0, 0, 1, 0, 1, 0, -1, 0, 0}));
+}
+
+TEST(SceneFiles, AMapThatCannotBeLightIsRefused) {
+  TestFiles files;
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const float bad : {kNan, -1.0F, kInfinity, -kInfinity}) {
+    files.add_asset("sky.exr", map_file({{1, 2, 3}, {0, bad, 0}}, 2));
+    const auto result = parse_scene(sky(R"("path": "sky.exr")"), files, Limits());
+    ASSERT_FALSE(result) << bad;
+    ASSERT_EQ(result.problem().errors.size(), 1U);
+    EXPECT_EQ(result.problem().errors[0].pointer, "/lights/0/path");
+    EXPECT_TRUE(result.problem().errors[0].detail.ends_with(".")) << result.problem().errors[0].detail;
+  }
+  const std::string good = map_file(std::vector<Rgb>(64, {1, 2, 3}), 8);
+  for (const std::string& broken :
+       {std::string(), std::string("no image"), good.substr(0, 20), good.substr(0, good.size() / 2)}) {
+    files.add_asset("sky.exr", broken);
+    const auto result = parse_scene(sky(R"("path": "sky.exr")"), files, Limits());
+    ASSERT_FALSE(result) << broken.size();
+    EXPECT_EQ(result.problem().code, ProblemCode::invalid_document);
+    EXPECT_EQ(result.problem().errors.at(0).pointer, "/lights/0/path");
+  }
+}
+
+TEST(SceneFiles, AMapCountsAsTheScenesMemory) {
+  TestFiles files;
+  files.add_asset("sky.exr", map_file(std::vector<Rgb>(64, {1, 2, 3}), 8));
+  Limits limits;
+  limits.max_scene_bytes = 64 * sizeof(Rgb);
+  EXPECT_TRUE(parse_scene(sky(R"("path": "sky.exr")"), files, limits));
+  --limits.max_scene_bytes;
+  const auto result = parse_scene(sky(R"("path": "sky.exr")"), files, limits);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().errors.at(0).pointer, "/lights/0/path");
+}
+
+TEST(SceneFiles, AMapThatChangesWhileItIsReadIsRefused) {
+  ChangingFiles files;
+  files.add_asset("sky.exr", map_file({{1, 2, 3}, {0, 0, 0}}, 2));
+  files.changing = "sky.exr";
+  files.after = map_file({{1, 2, 3}, {0, 0, 1}}, 2);
+  const auto result = parse_scene(sky(R"("path": "sky.exr")"), files, Limits());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.problem().errors.at(0).pointer, "/lights/0/path");
+  EXPECT_NE(result.problem().errors.at(0).detail.find("changed"), std::string::npos);
 }
 
 }  // namespace

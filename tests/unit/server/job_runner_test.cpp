@@ -31,8 +31,8 @@ class JobRunnerTest : public testing::Test {
     scene_ = std::make_shared<const Scene>(with_bounds(std::move(scene)));
   }
 
-  std::string start(const Camera& camera, AccelKind accel = AccelKind::bvh) {
-    JobOrder order{"", "sha256:0", 0, {}};
+  std::string start(const Camera& camera, AccelKind accel = AccelKind::bvh, const Settings& settings = {}) {
+    JobOrder order{"", "sha256:0", 0, settings};
     order.settings.width = order.settings.height = 32;
     order.settings.tile_size = 8;
     order.settings.accel.kind = accel;
@@ -65,6 +65,72 @@ TEST_F(JobRunnerTest, RendersAJob) {
   EXPECT_EQ(job.progress->rays().camera, job.plan->camera_rays);
   ASSERT_TRUE(job.structure);
   EXPECT_EQ(job.structure->options.kind, AccelKind::bvh);
+}
+
+TEST_F(JobRunnerTest, RendersPassAfterPass) {
+  Settings settings;
+  settings.samples = 40;
+  const JobView job = ended(start(frame_scene(*scene_, 32, 32), AccelKind::bvh, settings));
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_EQ(job.progress->samples(), 32U * 32 * 40);
+  EXPECT_EQ(job.progress->rays().camera, job.plan->camera_rays);
+  EXPECT_EQ(job.progress->tiles(), 16U);
+  const proto::JobStatus status = status_of(job, JobTimes::Clock::now());
+  EXPECT_EQ(status.passes, 4U) << "1, 4, 16 and 40 samples";
+  EXPECT_EQ(status.ended_by, "samples");
+  EXPECT_EQ(status.progress, 1);
+  EXPECT_EQ(status.samples_per_pixel.least, 40U);
+  EXPECT_EQ(status.samples_per_pixel.most, 40U);
+  EXPECT_FALSE(status.achieved) << "it wasn't asked to be measured";
+  for (const std::uint32_t version : (*jobs_.film(job.id))->versions()) EXPECT_EQ(version, 4U);
+}
+
+TEST_F(JobRunnerTest, EndsWithTheErrorThatWasAskedFor) {
+  Settings settings;
+  settings.samples = 1 << 20;
+  settings.error = 0.05F;
+  const JobView job = ended(start(frame_scene(*scene_, 32, 32), AccelKind::bvh, settings));
+  const proto::JobStatus status = status_of(job, JobTimes::Clock::now());
+  EXPECT_EQ(status.ended_by, "error");
+  ASSERT_TRUE(status.achieved);
+  EXPECT_LE(status.achieved->interval.high, 0.05);
+  EXPECT_LE(status.achieved->interval.low, status.achieved->error);
+  EXPECT_LT(status.samples_done, status.samples_total);
+  EXPECT_EQ(status.samples_total, 32U * 32 << 20) << "the most that there may be";
+  EXPECT_EQ(status.progress, 1);
+  EXPECT_EQ(status.tiles_done, 16U);
+}
+
+TEST_F(JobRunnerTest, EndsInTime) {
+  Settings settings;
+  settings.samples = 4294967295;
+  settings.seconds = 0.05;
+  const JobView job = ended(start(frame_scene(*scene_, 32, 32), AccelKind::bvh, settings));
+  const proto::JobStatus status = status_of(job, JobTimes::Clock::now());
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_EQ(status.ended_by, "seconds");
+  EXPECT_GE(status.samples_per_pixel.least, 1U);
+  EXPECT_TRUE((*jobs_.film(job.id))->complete());
+}
+
+TEST_F(JobRunnerTest, MemoryOfPassesIsThereAgainWhenAJobHasEnded) {
+  Settings settings;
+  settings.width = settings.height = 32;
+  settings.samples = 2;
+  ASSERT_GT(passes_bytes(settings), 0U);
+  settings.tile_size = 8;
+  const std::uint64_t image = image_bytes(settings);
+  JobTable table({100, 100, 2 * image + passes_bytes(settings)});
+  JobRunner runner(scheduler_, structures_, table);
+  for (int i = 0; i < 2; ++i) {
+    const JobOrder order{"", "sha256:0", 0, settings};
+    const auto admitted = table.add(order);
+    ASSERT_TRUE(admitted);
+    EXPECT_FALSE(table.add(order)) << "two at once are too many";
+    runner.start(*admitted, order, scene_, frame_scene(*scene_, 32, 32));
+    while (!proto::has_ended((*table.find(admitted->id)).state)) std::this_thread::yield();
+  }
+  for (const JobView& job : table.list("", 9, std::nullopt)) EXPECT_EQ(job.image, proto::ImageState::complete);
 }
 
 TEST_F(JobRunnerTest, AStructureIsRenderedWithTheSceneThatItWasBuiltOver) {

@@ -267,6 +267,21 @@ TEST(JobStatus, TellsProgressAndWhatIsLeft) {
   EXPECT_EQ(status.samples_done, 25U);
   EXPECT_EQ(status.samples_total, 100U);
   EXPECT_DOUBLE_EQ(status.eta.value(), 9);
+  EXPECT_DOUBLE_EQ(status.eta_range->low, 9);
+  EXPECT_DOUBLE_EQ(status.eta_range->high, 9);
+  EXPECT_DOUBLE_EQ(status.progress, 0.25);
+
+  PassReport passes;
+  passes.low_total = 50;
+  passes.high_total = 100;
+  admitted->progress->set_passes(passes);
+  const proto::JobStatus ranged = status_of(job, now);
+  EXPECT_DOUBLE_EQ(ranged.eta_range->low, 3);
+  EXPECT_DOUBLE_EQ(ranged.eta_range->high, 9);
+  EXPECT_GT(ranged.eta, 3);
+  EXPECT_LT(ranged.eta, 9);
+  EXPECT_DOUBLE_EQ(ranged.progress_range.low, 0.25);
+  EXPECT_DOUBLE_EQ(ranged.progress_range.high, 0.5);
   EXPECT_EQ(job.progress->tests(), (TestCounts{5, 4, 3, 2, 1}));
   EXPECT_EQ(status.created.size(), std::string("2024-01-01T00:00:00.000Z").size());
 }

@@ -46,11 +46,13 @@ TEST(OpenApi, ListsTheOptionsOfStructures) {
 }
 
 TEST(OpenApi, ListsTheImagesThatThereAre) {
-  Names formats, planes;
+  Names formats, planes, tone_maps;
   for (const FormatEntry& entry : format_table()) formats.emplace(entry.name);
   for (const PlaneEntry& entry : plane_table())
     if (!entry.name.empty()) planes.emplace(entry.name);
+  for (const auto& choice : tone_map_names()) tone_maps.emplace(choice.name);
   EXPECT_EQ(parameter_values("format"), formats);
+  EXPECT_EQ(parameter_values("tone_map"), tone_maps);
   EXPECT_EQ(parameter_values("aov"), planes);
 }
 

@@ -23,16 +23,24 @@ TEST(Film, TakesTilesInAnyOrderAndShowsWhatIsThere) {
   EXPECT_EQ(part.plane<float>(Aov::depth)[part.index(2, 0)], 7);
   EXPECT_EQ(part.plane<float>(Aov::cost_volumes)[part.index(3, 1)], 2.5F);
   EXPECT_EQ(part.plane<float>(Aov::cost_primitives)[part.index(3, 1)], 1.5F);
-  const std::vector<bool> stored = film.stored();
-  EXPECT_EQ(stored, (std::vector<bool>{false, true}));
-  const std::vector<std::uint8_t> there = film.pixels_of(stored);
-  EXPECT_EQ(there, (std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1}));
   EXPECT_TRUE(part.plane<Vec3>(Aov::normal).empty()) << "not asked for";
+  EXPECT_EQ(film.versions(), (std::vector<std::uint32_t>{0, 1}));
+
+  const Film::Snapshot there = film.snapshot({Aov::depth});
+  EXPECT_EQ(there.versions, film.versions());
+  EXPECT_EQ(there.is_there, (std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1}));
+  EXPECT_EQ(there.pixels.color, part.color);
+  EXPECT_EQ(there.pixels.plane<float>(Aov::depth), part.plane<float>(Aov::depth));
+  EXPECT_EQ(there.pixels.aovs(), std::set<Aov>{Aov::depth}) << "no more than is asked for";
 
   film.store(0, Pixels(left, aovs));
-  EXPECT_EQ(film.pixels_of(stored), there) << "as they were looked for";
   EXPECT_TRUE(film.complete());
-  EXPECT_EQ(film.pixels().color[film.pixels().index(4, 2)], (Rgb{1, 2, 3}));
+  tile.color[tile.index(4, 2)] = {4, 5, 6};
+  film.store(1, tile);
+  EXPECT_EQ(film.versions(), (std::vector<std::uint32_t>{1, 2}));
+  EXPECT_EQ(film.tiles_stored(), 2U);
+  EXPECT_EQ(film.pixels().color[film.pixels().index(4, 2)], (Rgb{4, 5, 6}));
+  EXPECT_EQ(there.pixels.color[there.pixels.index(4, 2)], (Rgb{1, 2, 3})) << "as it was";
 }
 
 TEST(Film, TellsItsSizeBeforehand) {

@@ -10,7 +10,7 @@ namespace tessera {
 namespace {
 
 const Disk kFlat{{0, 1, 0}, UnitVec3::y(), 2};
-const float kNan = std::numeric_limits<float>::quiet_NaN();
+const float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 TEST(Disk, HitFromBothSides) {
   EXPECT_EQ(intersect(kFlat, {{1, 5, 0}, {0, -1, 0}}), 4.0F);
@@ -40,7 +40,7 @@ TEST(Disk, Stress34_NearlyParallelRaysAtALargeDiskHit) {
 }
 
 TEST(Disk, Stress07And09_UntraceableRaysMiss) {
-  for (const float bad : {kNan, kInfinity, -kInfinity})
+  for (const float bad : {kNotANumber, kInfinity, -kInfinity})
     for (int axis = 0; axis < 3; ++axis) {
       Ray ray{{1, 5, 0}, {0, -1, 0}};
       ray.origin[axis] = bad;
@@ -49,7 +49,7 @@ TEST(Disk, Stress07And09_UntraceableRaysMiss) {
       ray.direction[axis] = bad;
       EXPECT_EQ(intersect(kFlat, ray), std::nullopt) << bad << " in direction, axis " << axis;
     }
-  EXPECT_EQ(intersect(kFlat, {{1, 5, 0}, {0, -1, 0}, kNan}), std::nullopt);
+  EXPECT_EQ(intersect(kFlat, {{1, 5, 0}, {0, -1, 0}, kNotANumber}), std::nullopt);
   EXPECT_EQ(intersect(kFlat, {{1, 5, 0}, {0, 0, 0}}), std::nullopt);
 }
 

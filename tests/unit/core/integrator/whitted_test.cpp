@@ -11,7 +11,6 @@
 namespace tessera {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 const Quad kFloor{{{{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}}};
 const Quad kCeiling{{{{-9, 8, 9}, {-9, 8, -9}, {9, 8, -9}, {9, 8, 9}}}};
 
@@ -37,8 +36,8 @@ TEST(Whitted, LambertUnderAPointLight) {
   const auto scene = b.add(kFloor).light(PointLight{{1, 2, 0}, {8, 8, 8}}).build();
   const Seen seen = look(scene, kDown);
   // E = I / d² = 8 / 4; L = albedo / π · E · cos 0.
-  EXPECT_NEAR(seen.radiance.r, 0.5F * 2 / kPi, 1e-6);
-  EXPECT_NEAR(seen.radiance.g, 0.25F * 2 / kPi, 1e-6);
+  EXPECT_NEAR(seen.radiance.r, 0.5F * 2 / std::numbers::pi_v<float>, 1e-6);
+  EXPECT_NEAR(seen.radiance.g, 0.25F * 2 / std::numbers::pi_v<float>, 1e-6);
   EXPECT_EQ(seen.rays.shadow, 1U);
 }
 
@@ -46,7 +45,10 @@ TEST(Whitted, LambertUnderASlantedSun) {
   SceneBuilder b;
   b.material(diffuse({1, 1, 1}));
   const auto scene =
-      b.add(kFloor).light(DirectionalLight{*UnitVec3::normalize(Vec3{1, -1, 0}), {kPi, kPi, kPi}}).build();
+      b.add(kFloor)
+          .light(DirectionalLight{*UnitVec3::normalize(Vec3{1, -1, 0}),
+                                  {std::numbers::pi_v<float>, std::numbers::pi_v<float>, std::numbers::pi_v<float>}})
+          .build();
   EXPECT_NEAR(look(scene, kDown).radiance.r, std::numbers::sqrt2_v<float> / 2, 1e-6);
 }
 
@@ -199,8 +201,13 @@ TEST(Whitted, WhiteGlassAndMirrorVanishInAConstantEnvironment) {
 TEST(Shade, PhongPeaksInTheMirrorDirection) {
   const WhittedSurface m{.diffuse = {}, .specular = {1, 1, 1}, .shininess = 10};
   const Vec3 n{0, 1, 0}, viewer = to_float(Vec3d{0.6, 0.8, 0}), light{-0.6F, 0.8F, 0};
-  EXPECT_NEAR(shade(m, n, viewer, light, {kPi, kPi, kPi}).r, 1, 1e-5);
-  EXPECT_NEAR(shade(m, n, {0, 1, 0}, light, {kPi, kPi, kPi}).r, std::pow(0.8F, 10.0F), 1e-5);
+  EXPECT_NEAR(
+      shade(m, n, viewer, light, {std::numbers::pi_v<float>, std::numbers::pi_v<float>, std::numbers::pi_v<float>}).r,
+      1, 1e-5);
+  EXPECT_NEAR(
+      shade(m, n, {0, 1, 0}, light, {std::numbers::pi_v<float>, std::numbers::pi_v<float>, std::numbers::pi_v<float>})
+          .r,
+      std::pow(0.8F, 10.0F), 1e-5);
   EXPECT_EQ(shade(m, n, viewer, {0.6F, -0.8F, 0}, {1, 1, 1}), Rgb{}) << "from below";
 }
 

@@ -172,8 +172,10 @@ TEST(ImageIo, APngOfATransparentImageHasTheColourOfWhatCoversIt) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file->data()), file->size());
   OIIO::ImageSpec as_it_is;
   as_it_is.attribute("oiio:UnassociatedAlpha", 1);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  as_it_is.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   const auto in = OIIO::ImageInput::open("x.png", &as_it_is, &memory);
-  ASSERT_TRUE(in);
+  ASSERT_TRUE(in) << OIIO::geterror();
   ASSERT_EQ(in->spec().nchannels, 4);
   std::vector<std::uint8_t> bytes(8);
   in->read_image(0, 0, 0, 4, OIIO::TypeDesc::UINT8, bytes.data());

@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 #include "tests/unit/core/light/light_checks.h"
 
-namespace tessera {
+namespace tessera::light_checks {
 namespace {
 
 std::shared_ptr<const Scene> lamp(Shape shape, bool both_sides = false, std::optional<Transform> placement = {}) {
@@ -35,7 +35,6 @@ double lambert(const std::vector<Vec3>& polygon, Vec3 from, Vec3 normal) {
 }
 
 const Vec3 kFrom{0.25F, 0.5F, -1};
-constexpr Vec3 kUp{0, 0, 1};
 
 TEST(EmissiveSurface, TrianglesAreSampledAsClaimed) {
   const auto scene = lamp(mesh_of({{1, 0, 1}, {0, 1.5F, 1.25F}, {-1, 0, 1}}), true);
@@ -241,4 +240,4 @@ TEST(EmissiveSurface, WhatIsCutOutByAlphaSendsLess) {
 }
 
 }  // namespace
-}  // namespace tessera
+}  // namespace tessera::light_checks

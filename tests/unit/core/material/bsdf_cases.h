@@ -75,8 +75,8 @@ inline Vec3 at_angle(double cos_theta, double phi = 0.3) {
   return to_float(Vec3d{sin_theta * std::cos(phi), sin_theta * std::sin(phi), cos_theta});
 }
 
-/// A number below 1, as samplers give.
-inline float uniform_float(Random& random) { return static_cast<float>(random.bits() >> 40) * 0x1p-24F; }
+/// A number between 0 and 1 without either: on the very edge of the square a direction may lie in the horizon.
+inline float uniform_float(Random& random) { return (static_cast<float>(random.bits() >> 41) + 0.5F) * 0x1p-23F; }
 
 inline std::optional<BsdfSample> draw(const Bsdf& bsdf, Vec3 wo, Random& random) {
   const float u_lobe = uniform_float(random), x = uniform_float(random), y = uniform_float(random);

@@ -35,7 +35,8 @@ double lattice_mean(int count, const F& f) {
 
 /// What comes back of a field of light, by sampling; without the scaling of radiance by 1/eta².
 template <class Radiance>
-double seen(const Bsdf& bsdf, Vec3 wo, const Radiance& radiance, float Rgb::*channel = &Rgb::g, int count = 8192) {
+double seen(const Bsdf& bsdf, Vec3 wo, const Radiance& radiance, float Rgb::*channel = &Rgb::g,
+            int count = effort(8192, 32'768)) {
   return lattice_mean(count, [&](float u_lobe, float x, float y) {
     const auto s = sample(bsdf, wo, u_lobe, {x, y});
     return s ? double{s->weight.*channel} * s->eta_scale * radiance(s->wi) : 0;
@@ -64,7 +65,7 @@ TEST(Furnace, WhiteMetalGivesBackAll) {
   for (const float roughness : kRoughnesses) {
     Furnace furnace;
     furnace.add(make_bsdf({.surface = Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}, roughness}}, true));
-    EXPECT_LE(furnace.worst, 5e-3) << roughness;
+    EXPECT_LE(furnace.worst, 2.5e-3) << roughness;
   }
 }
 
@@ -102,12 +103,12 @@ TEST(Furnace, NoMoreComesBackThanCame) {
   }
 }
 
-/// The albedo that denoisers get says about what comes back: exactly so where nothing scatters twice.
+/// Phong's highlight apart, of which part is below the horizon.
 TEST(Furnace, AlbedoIsWhatComesBack) {
   for (const BsdfCase& c : bsdf_cases())
     for (const double cos_theta : {0.9, 0.5})
       EXPECT_NEAR(albedo(c.bsdf(), at_angle(cos_theta)).g,
-                  std::min(seen(c.bsdf(), at_angle(cos_theta), even_light), 1.0), 0.15)
+                  std::min(seen(c.bsdf(), at_angle(cos_theta), even_light), 1.0), c.keeps_energy ? 0.02 : 0.1)
           << c.name;
 }
 

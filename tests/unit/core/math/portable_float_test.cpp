@@ -16,7 +16,7 @@ namespace {
 
 constexpr float kFloatNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kFloatInf = std::numeric_limits<float>::infinity();
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kFloatPi = std::numbers::pi_v<float>;
 constexpr long double kWidePi = std::numbers::pi_v<long double>;
 
 /// What the header promises. The difference, in units of the last place that a float of the wanted size has.
@@ -81,26 +81,26 @@ TEST(PortableFloat, ArcFunctionsAreCloseToLongDouble) {
 
 TEST(PortableFloat, ArcFunctionsAtTheirEdges) {
   EXPECT_EQ(portable_acos(1), 0);
-  EXPECT_EQ(portable_acos(-1), kPi);
-  EXPECT_EQ(portable_acos(0), kPi / 2);
+  EXPECT_EQ(portable_acos(-1), kFloatPi);
+  EXPECT_EQ(portable_acos(0), kFloatPi / 2);
   EXPECT_EQ(portable_acos(1.0001F), 0);
-  EXPECT_EQ(portable_acos(-kFloatInf), kPi);
+  EXPECT_EQ(portable_acos(-kFloatInf), kFloatPi);
   EXPECT_EQ(portable_asin(0), 0);
-  EXPECT_EQ(portable_asin(1), kPi / 2);
-  EXPECT_EQ(portable_asin(-1), -kPi / 2);
-  EXPECT_EQ(portable_asin(1.0001F), kPi / 2);
+  EXPECT_EQ(portable_asin(1), kFloatPi / 2);
+  EXPECT_EQ(portable_asin(-1), -kFloatPi / 2);
+  EXPECT_EQ(portable_asin(1.0001F), kFloatPi / 2);
   EXPECT_EQ(portable_atan2(0, 0), 0);
   EXPECT_EQ(portable_atan2(0, 1), 0);
-  EXPECT_EQ(portable_atan2(1, 0), kPi / 2);
-  EXPECT_EQ(portable_atan2(-1, 0), -kPi / 2);
-  EXPECT_EQ(portable_atan2(0, -1), kPi);
-  EXPECT_EQ(portable_atan2(-0.0F, -1), -kPi);
-  EXPECT_EQ(portable_atan2(2, 2), kPi / 4);
-  EXPECT_EQ(portable_atan2(-2, -2), -3 * kPi / 4);
+  EXPECT_EQ(portable_atan2(1, 0), kFloatPi / 2);
+  EXPECT_EQ(portable_atan2(-1, 0), -kFloatPi / 2);
+  EXPECT_EQ(portable_atan2(0, -1), kFloatPi);
+  EXPECT_EQ(portable_atan2(-0.0F, -1), -kFloatPi);
+  EXPECT_EQ(portable_atan2(2, 2), kFloatPi / 4);
+  EXPECT_EQ(portable_atan2(-2, -2), -3 * kFloatPi / 4);
   EXPECT_EQ(portable_atan2(1, kFloatInf), 0);
-  EXPECT_EQ(portable_atan2(-kFloatInf, 1), -kPi / 2);
-  EXPECT_EQ(portable_atan2(1e-45F, 1e-45F), kPi / 4);
-  EXPECT_EQ(portable_atan2(3e38F, 3e38F), kPi / 4);
+  EXPECT_EQ(portable_atan2(-kFloatInf, 1), -kFloatPi / 2);
+  EXPECT_EQ(portable_atan2(1e-45F, 1e-45F), kFloatPi / 4);
+  EXPECT_EQ(portable_atan2(3e38F, 3e38F), kFloatPi / 4);
   EXPECT_TRUE(std::isnan(portable_atan2(kFloatInf, kFloatInf)));
 }
 

@@ -49,6 +49,28 @@ TEST(Render, AveragesSamples) {
   EXPECT_EQ(p.color[p.index(9, 8)].r, 0);
 }
 
+/// STRESS 63: each sample belongs to one pixel, and all weigh alike.
+TEST(Render, WhatIsConstantStaysSoUnderEveryFilterAndSampler_Stress63) {
+  SceneBuilder b;
+  const auto shining = b.material(Material{.emission = {0.1F, 0.7F, 3}});
+  const auto scene = b.add(Quad{{{{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}}}, shining).build();
+  for (const auto filter : {FilterKind::box, FilterKind::gaussian, FilterKind::blackman_harris})
+    for (const auto sampler : {SamplerKind::independent, SamplerKind::sobol})
+      for (const std::uint32_t samples : {1U, 3U, 64U}) {
+        Settings settings = small();
+        settings.jitter = true;
+        settings.integrator = IntegratorKind::path;
+        settings.max_depth = 1;
+        settings.filter = filter;
+        settings.filter_width = 3;
+        settings.sampler = sampler;
+        settings.samples = samples;
+        const Pixels p = render_image(scene, kAbove, settings).pixels;
+        EXPECT_NEAR(p.color[0].g, 0.7, 1e-6);
+        for (const Rgb& color : p.color) EXPECT_EQ(color, p.color[0]);
+      }
+}
+
 /// Answers as `inner` does, and says that a closest hit took 3 volumes and 2 primitives, an occlusion test
 /// 10 and 5.
 class Counting final : public Accel {

@@ -56,7 +56,13 @@ RenderContext context_for(ScreenBounds bounds) {
   return {scene, make_accel(scene, plan.accel), settings, plan, CameraRays(mixed_camera(), 40, 40)};
 }
 
-std::vector<PixelRect> rects(const RenderContext& context) {
+PassWork all_samples(const RenderContext& context, std::size_t tile) {
+  const Settings& settings = context.settings;
+  auto pass = std::make_shared<const Pass>(settings.width, settings.height, SampleRange{0, settings.samples});
+  return {std::move(pass), context.plan.tiling.tiles[tile].rect, settings};
+}
+
+std::vector<PixelRect> tile_rects(const RenderContext& context) {
   std::vector<PixelRect> out;
   for (const Tile& tile : context.plan.tiling.tiles) out.push_back(tile.rect);
   return out;
@@ -86,7 +92,7 @@ TEST(Tiles, InStepsOnAnyThreadsGiveTheSameBytes) {
     context.settings.samples = costs ? 2 : 40;
     for (std::size_t tile = 0; tile < context.plan.tiling.tiles.size(); ++tile) {
       const auto expected = render_tile(context, tile);
-      TileRenderer renderer(context, tile);
+      TileRenderer renderer(context, tile, all_samples(context, tile));
       std::uint64_t samples = 0;
       std::size_t steps = 1;
       const auto step = [&] { return renderer.go_on(TileRenderer::Clock::time_point::min()); };
@@ -128,7 +134,7 @@ TEST(Tiles, GoOnAfterAStop) {
   const auto expected = render_tile(context, 4);
   std::stop_source stop;
   stop.request_stop();
-  TileRenderer renderer(context, 4);
+  TileRenderer renderer(context, 4, all_samples(context, 4));
   EXPECT_FALSE(renderer.go_on(TileRenderer::Clock::time_point::max(), stop.get_token()));
   EXPECT_LT(renderer.samples_done(), static_cast<std::uint64_t>(expected->pixels.rect.area()) * 2);
   EXPECT_TRUE(renderer.go_on(TileRenderer::Clock::time_point::max()));
@@ -146,7 +152,7 @@ TEST(Tiles, InAnyOrderOnAnyThreadsGiveTheSameImage_Stress52_Stress53) {
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
       Random random(seed);
       for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.bits() % i]);
-      Film film(context.settings.width, context.settings.height, context.settings.aovs, rects(context));
+      Film film(context.settings.width, context.settings.height, context.settings.aovs, tile_rects(context));
       std::vector<std::jthread> pool;
       for (std::size_t t = 0; t < 3; ++t)
         pool.emplace_back([&, t] {

@@ -14,14 +14,15 @@ TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
     for (const std::uint32_t samples : {1U, 3U, 16U}) {
       for (const auto& [most_samples, most_pixels] :
            {std::pair<std::size_t, std::size_t>{1024, 1024}, {5, 99}, {7, 1}}) {
-        SampleOrder order(rect, samples);
+        const Pass pass(90, 90, {2, samples});
+        SampleOrder order(rect, pass);
         std::map<std::pair<std::int32_t, std::int32_t>, std::uint32_t> seen;
         std::vector<SampleId> some;
         while (order.next(most_samples, most_pixels, some)) {
           ASSERT_TRUE(!some.empty() && some.size() <= most_samples);
           std::size_t pixels = 0;
           for (std::size_t i = 0; i < some.size(); ++i) {
-            ASSERT_EQ((seen[{some[i].x, some[i].y}]++), some[i].index);
+            ASSERT_EQ((2 + seen[{some[i].x, some[i].y}]++), some[i].index);
             pixels += i == 0 || some[i].x != some[i - 1].x || some[i].y != some[i - 1].y;
           }
           ASSERT_LE(pixels, most_pixels);
@@ -35,8 +36,29 @@ TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
     }
 }
 
+TEST(SampleOrder, LeavesOutBlocksThatAreFinished) {
+  Pass pass(40, 40, {8, 2});
+  pass.blocks[1] = {8, 0};
+  pass.blocks[4] = {8, 5};
+  for (const std::size_t most_pixels : {std::size_t{1}, std::size_t{1000}}) {
+    SampleOrder order({5, 3, 37, 29}, pass);
+    std::uint64_t all = 0;
+    std::vector<SampleId> some;
+    while (order.next(64, most_pixels, some)) {
+      for (const SampleId& s : some) {
+        const SampleRange& range = pass.of(s.x, s.y);
+        EXPECT_TRUE(s.index >= range.first && s.index < range.end());
+      }
+      all += some.size();
+    }
+    EXPECT_EQ(all, 2U * (11 * 13 + 5 * 13 + 11 * 13 + 5 * 13) + 5U * 16 * 13);
+    EXPECT_EQ(all, pass.samples_in({5, 3, 37, 29}));
+  }
+}
+
 TEST(SampleOrder, KeepsNeighboursTogether) {
-  SampleOrder order({32, 16, 96, 80}, 1);
+  const Pass pass(96, 80, {0, 1});
+  SampleOrder order({32, 16, 96, 80}, pass);
   std::vector<SampleId> all;
   ASSERT_TRUE(order.next(64 * 64, 64 * 64, all));
   for (const auto& [count, side] : {std::pair<std::size_t, int>{16, 4}, {256, 16}})

@@ -370,7 +370,8 @@ TEST(RecordingSampler, GivesTheSameNumbersAndFindsWhatIsDrawnTwice) {
   EXPECT_EQ(recording.film(id).x, plain.film(id).x);
   EXPECT_EQ(recording.two(id, dimension(0, Decision::bsdf)).y, plain.two(id, dimension(0, Decision::bsdf)).y);
   EXPECT_EQ(recording.at(id).one(dimension(0, Decision::alpha)), plain.one(id, dimension(0, Decision::alpha)));
-  EXPECT_EQ(recording.draws(), 5U);
+  EXPECT_EQ(recording.draws_of(kFilmDimension), 1U);
+  EXPECT_EQ(recording.draws_of(kLensDimension), 0U);
   EXPECT_TRUE(recording.repeats().empty());
   (void)recording.one({1, 2, 4}, dimension(0, Decision::alpha));  // another sample's
   EXPECT_TRUE(recording.repeats().empty());

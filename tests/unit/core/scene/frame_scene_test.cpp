@@ -24,6 +24,11 @@ std::vector<Camera> cameras() {
     all.push_back(PerspectiveCamera{{{0, 0, 0}, {0.2F, -1, 0.3F}, {0, 0, 1}, false},
                                     static_cast<float>(degrees * std::numbers::pi / 180)});
   all.push_back(OrthographicCamera{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, false}});
+  PerspectiveCamera calibrated{kUnplacedView};
+  calibrated.intrinsics = Intrinsics{150, 90, 70, 20};
+  all.push_back(calibrated);
+  calibrated.intrinsics = Intrinsics{50, 50, -60, 300};  // seen aslant: the axis passes beside most images
+  all.push_back(calibrated);
   return all;
 }
 
@@ -142,6 +147,22 @@ TEST(FrameScene, AtEverySizeAndPlace) {
     }
 }
 
+/// What else a camera has stays as it is.
+TEST(FrameScene, KeepsLensAndClipping) {
+  PerspectiveCamera wanted{kUnplacedView};
+  wanted.lens = {0.25F, 3};
+  wanted.clipping = {0.5F, 40};
+  const Scene scene = scene_of(icosphere(2));
+  const auto framed = std::get<PerspectiveCamera>(frame_scene(scene, 64, 48, wanted));
+  EXPECT_TRUE(framed.view.is_placed);
+  EXPECT_EQ(framed.lens.radius, 0.25F);
+  EXPECT_EQ(framed.lens.focus_distance, 3);
+  EXPECT_EQ(framed.clipping.near, 0.5F);
+  EXPECT_EQ(framed.clipping.far, 40);
+  const auto pinhole = std::get<PerspectiveCamera>(frame_scene(scene, 64, 48));
+  EXPECT_EQ(framed.view.from, pinhole.view.from) << "what is in focus is framed";
+}
+
 TEST(FrameScene, InstancesCountWhereTheyStand) {
   Scene scene = scene_of(icosphere(2));
   scene.objects.push_back({0, 0, Transform::from_rows({1, 0, 0, 50, 0, 2, 0, 0, 0, 0, 1, 0})});
@@ -176,8 +197,10 @@ TEST(FrameScene, IsACameraAtEveryExtreme) {
     for (const float fov : {1e-38F, 1e-6F, 3.1415F})
       for (const Size size : {Size{1, 4'000'000'000U}, Size{4'000'000'000U, 1}, Size{1, 1}}) {
         const Scene scene = scene_of(icosphere(0, std::max(coordinate, 1e-40F), {coordinate, coordinate, coordinate}));
-        for (const Camera& wanted :
-             {Camera{PerspectiveCamera{kUnplacedView, fov}}, Camera{OrthographicCamera{kUnplacedView}}}) {
+        PerspectiveCamera calibrated{kUnplacedView};
+        calibrated.intrinsics = Intrinsics{1 / fov, fov, coordinate, -1e30F};
+        for (const Camera& wanted : {Camera{PerspectiveCamera{kUnplacedView, fov}},
+                                     Camera{OrthographicCamera{kUnplacedView}}, Camera{calibrated}}) {
           const Camera camera = frame_scene(scene, size.width, size.height, wanted);
           const View& view = std::visit([](const auto& c) -> const View& { return c.view; }, camera);
           EXPECT_TRUE(is_finite(view.from) && is_finite(view.at) && view.from != view.at);

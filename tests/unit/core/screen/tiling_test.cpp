@@ -10,10 +10,6 @@
 namespace tessera {
 namespace {
 
-Tiling tiling(const Scene& scene, const Camera& camera, const Settings& s) {
-  return make_tiling(scene, CameraRays(camera, s.width, s.height), s);
-}
-
 TEST(Tiling, CoversEveryPixelOnce) {
   const auto scene = mixed_scene();
   Settings settings;
@@ -24,7 +20,7 @@ TEST(Tiling, CoversEveryPixelOnce) {
       settings.tile_size = size;
       settings.screen_bounds = bounds;
       std::vector<int> covered(101 * 67);
-      for (const Tile& tile : tiling(*scene, mixed_camera(), settings).tiles) {
+      for (const Tile& tile : make_tiling(*scene, mixed_camera(), settings).tiles) {
         if (size != kAdaptiveTiles) {
           EXPECT_EQ(tile.rect.x0 % static_cast<int>(size), 0) << "a grid";
           EXPECT_EQ(tile.rect.y0 % static_cast<int>(size), 0);
@@ -42,7 +38,7 @@ TEST(Tiling, GivesEveryTileTheObjectsThatProjectIntoIt) {
   Settings settings;
   settings.width = settings.height = 128;
   const CameraRays camera(mixed_camera(), 128, 128);
-  const Tiling cut = make_tiling(*scene, camera, settings);
+  const Tiling cut = make_tiling(*scene, mixed_camera(), settings);
   bool any_list = false;
   for (const Tile& tile : cut.tiles) {
     const auto listed = cut.candidates_of(tile);
@@ -67,7 +63,7 @@ TEST(Tiling, GivesEveryTileTheObjectsThatProjectIntoIt) {
 TEST(Tiling, FollowsWhatIsInIt) {
   Settings settings;
   settings.width = settings.height = 512;
-  const Tiling cut = tiling(*sparse_scene(), mixed_camera(), settings);
+  const Tiling cut = make_tiling(*sparse_scene(), mixed_camera(), settings);
   std::int64_t empty = 0, smallest = 1 << 30, largest = 0;
   for (const Tile& tile : cut.tiles) {
     if (tile.first_level == FirstLevel::nothing) empty += tile.rect.area();
@@ -86,9 +82,9 @@ TEST(Tiling, OfPartsListsNoMoreThanOfWholeObjects) {
   for (const std::uint32_t size : {1U, 4U}) {
     settings.tile_size = size;
     settings.screen_bounds = ScreenBounds::flat;
-    const Tiling flat = tiling(*scene, mixed_camera(), settings);
+    const Tiling flat = make_tiling(*scene, mixed_camera(), settings);
     settings.screen_bounds = ScreenBounds::hierarchical;
-    const Tiling parts = tiling(*scene, mixed_camera(), settings);
+    const Tiling parts = make_tiling(*scene, mixed_camera(), settings);
     ASSERT_EQ(flat.tiles.size(), parts.tiles.size());
     std::size_t fewer = 0;
     for (std::size_t i = 0; i < flat.tiles.size(); ++i) {
@@ -117,7 +113,7 @@ TEST(Tiling, FollowsTheSilhouetteOfAMesh) {
   const auto empty = [&](ScreenBounds bounds) {
     settings.screen_bounds = bounds;
     std::int64_t pixels = 0;
-    for (const Tile& tile : tiling(*scene, camera, settings).tiles)
+    for (const Tile& tile : make_tiling(*scene, camera, settings).tiles)
       if (tile.first_level == FirstLevel::nothing) pixels += tile.rect.area();
     return pixels;
   };
@@ -138,16 +134,16 @@ TEST(Tiling, CountsObjectsOfWhichNoPartIsSeen) {
   const auto scene = SceneBuilder().add(bars).build();
   const Camera camera = OrthographicCamera{{{0, 0, 5}, {0, 0, 0}, {0, 1, 0}}, 4};
   Settings settings;
-  EXPECT_EQ(tiling(*scene, camera, settings).objects_on_screen, 1U);
+  EXPECT_EQ(make_tiling(*scene, camera, settings).objects_on_screen, 1U);
   settings.screen_bounds = ScreenBounds::hierarchical;
-  const Tiling parts = tiling(*scene, camera, settings);
+  const Tiling parts = make_tiling(*scene, camera, settings);
   EXPECT_EQ(parts.objects_on_screen, 0U);
   EXPECT_EQ(parts.tiles.size(), 1U);
 }
 
 TEST(Tiling, OfAnEmptySceneIsOneTileThatNeedsNothing) {
   const auto scene = SceneBuilder().build();
-  const Tiling cut = tiling(*scene, mixed_camera(), Settings{});
+  const Tiling cut = make_tiling(*scene, mixed_camera(), Settings{});
   ASSERT_EQ(cut.tiles.size(), 1U);
   EXPECT_EQ(cut.tiles[0].first_level, FirstLevel::nothing);
 }

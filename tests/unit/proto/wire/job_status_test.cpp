@@ -1,5 +1,8 @@
 #include "proto/wire/job_status.h"
 
+#include <set>
+#include <string>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -18,8 +21,15 @@ JobStatus sample() {
           .tiles_total = 80,
           .samples_done = 1000,
           .samples_total = 307200,
+          .progress = 0.25,
+          .progress_range = {0.125, 0.5},
+          .passes = 2,
+          .samples_per_pixel = {1, 2.5, 4},
+          .achieved = Achieved{0.02, {0.018, 0.023}},
+          .ended_by = "error",
           .elapsed = 0.5,
           .eta = 12.5,
+          .eta_range = Range{10, 20},
           .created = "2024-01-01T00:00:00Z",
           .error = "",
           .warnings = 2};
@@ -35,22 +45,33 @@ TEST(JobStatus, SurvivesTheWire) {
   EXPECT_EQ(back->image, ImageState::partial);
   EXPECT_EQ(back->eta, 12.5);
 
+  EXPECT_EQ(back->progress_range.high, 0.5);
+  EXPECT_EQ(back->samples_per_pixel.most, 4U);
+  EXPECT_EQ(back->achieved->interval.low, 0.018);
+  EXPECT_EQ(back->eta_range->high, 20);
+
   JobStatus fresh = sample();
   fresh.eta.reset();
+  fresh.achieved.reset();
   EXPECT_FALSE(to_json(fresh).contains("eta"));
+  EXPECT_FALSE(to_json(fresh).contains("achieved"));
   EXPECT_EQ(job_status(to_json(fresh))->eta, std::nullopt);
 }
 
 TEST(JobStatus, NothingForAFieldThatIsMissingOrWrong) {
+  const std::set<std::string> optional{"eta", "eta_range", "achieved", "ended_by"};
   const nlohmann::json good = to_json(sample());
   for (const auto& [key, value] : good.items()) {
     nlohmann::json missing = good;
     missing.erase(key);
-    EXPECT_EQ(job_status(missing).has_value(), key == "eta") << key;
+    EXPECT_EQ(job_status(missing).has_value(), optional.contains(key)) << key;
     nlohmann::json wrong = good;
     wrong[key] = nlohmann::json::array();
     EXPECT_FALSE(job_status(wrong)) << key;
   }
+  nlohmann::json inside = good;
+  inside["achieved"]["interval"] = {1, 2, 3};
+  EXPECT_FALSE(job_status(inside));
   nlohmann::json wide = good;
   wide["width"] = 1ULL << 32;
   EXPECT_FALSE(job_status(wide));

@@ -1,0 +1,116 @@
+#include "core/film/passes.h"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tessera {
+namespace {
+
+Settings sized(std::uint32_t samples) {
+  Settings settings;
+  settings.width = 40;
+  settings.height = 24;
+  settings.samples = samples;
+  return settings;
+}
+
+/// The counts of samples that pixels have after each pass, of an image without any noise.
+std::vector<std::uint32_t> counts(const Settings& settings, double seconds_a_pass = 0) {
+  Passes passes(settings);
+  const Sums sums({0, 0, 40, 24}, settings);
+  std::vector<std::uint32_t> out;
+  double seconds = 0;
+  do {
+    std::uint32_t end = 0;
+    for (const SampleRange& range : passes.current().blocks) {
+      EXPECT_EQ(range.first, out.empty() ? 0 : out.back()) << "a pass begins where the one before has ended";
+      EXPECT_GT(range.count, 0U);
+      end = range.end();
+    }
+    out.push_back(end);
+    passes.store(sums);
+    seconds += seconds_a_pass;
+    EXPECT_LT(out.size(), 1000U);
+  } while (passes.next(seconds));
+  EXPECT_EQ(passes.report().passes, out.size());
+  EXPECT_EQ(passes.report().samples, std::uint64_t{out.back()} * 40 * 24);
+  EXPECT_TRUE(passes.report().ended_by.has_value());
+  return out;
+}
+
+TEST(Passes, BeginWithOneSampleAndEndWithAll) {
+  using Counts = std::vector<std::uint32_t>;
+  EXPECT_EQ(counts(sized(1)), Counts{1});
+  EXPECT_EQ(counts(sized(2)), (Counts{1, 2}));
+  EXPECT_EQ(counts(sized(100)), (Counts{1, 4, 16, 64, 96, 100}));
+  for (const std::uint32_t most : {3U, 17U, 1000U, 4294967295U}) {
+    const Counts all = counts(sized(most));
+    EXPECT_EQ(all.back(), most);
+    EXPECT_LT(all.size(), 70U) << "passes grow with the image";
+  }
+}
+
+TEST(Passes, AreInPairsWhereTheErrorIsMeasured) {
+  Settings settings = sized(1000);
+  settings.seconds = 1e9;
+  settings.adaptive = false;
+  for (const std::uint32_t count : counts(settings, 1e-3)) EXPECT_TRUE(count == 1 || count % 2 == 0) << count;
+}
+
+TEST(Passes, NoNoiseIsNoErrorOnceASafeNumberOfSamplesIsThere) {
+  Settings settings = sized(1000);
+  settings.error = 0.01F;
+  EXPECT_EQ(counts(settings).back(), 512U) << "a quarter of a million of them, in doublings";
+  settings.samples = 100;
+  EXPECT_EQ(counts(settings).back(), 100U) << "all that there are to be";
+  settings.samples = 1000;
+  settings.clamp = 10;
+  EXPECT_EQ(counts(settings).back(), 1000U) << "what is clamped has an error that isn't known";
+}
+
+TEST(Passes, EndInTime) {
+  Settings settings = sized(1 << 30);
+  settings.seconds = 10;
+  settings.adaptive = false;
+  // A sample of all pixels takes a second, however many passes they come in.
+  Passes passes(settings);
+  const Sums sums({0, 0, 40, 24}, settings);
+  double seconds = 0;
+  do {
+    seconds += passes.current().blocks.front().count;
+    ASSERT_LE(seconds, 10);
+  } while (passes.next(seconds));
+  EXPECT_EQ(passes.report().ended_by, EndedBy::seconds);
+  EXPECT_GE(seconds, 8) << "the last pass was made as long as there was time";
+  EXPECT_EQ(passes.report().low_total, passes.report().samples);
+}
+
+TEST(Passes, TheFirstPassIsWholeHoweverLittleTimeThereIs) {
+  Settings settings = sized(100);
+  settings.seconds = 1e-9;
+  EXPECT_EQ(counts(settings, 1), std::vector<std::uint32_t>{1});
+}
+
+TEST(Passes, TellWhatIsLeft) {
+  Settings settings = sized(64);
+  Passes plain(settings);
+  EXPECT_EQ(plain.report().low_total, 40U * 24 * 64) << "known from the start";
+  EXPECT_EQ(plain.report().high_total, 40U * 24 * 64);
+  settings.error = 0.1F;
+  Passes measured(settings);
+  EXPECT_EQ(measured.report().low_total, 40U * 24);
+  EXPECT_EQ(measured.report().high_total, 40U * 24 * 64);
+}
+
+TEST(Passes, TakeMemoryOnlyWhereThereIsMoreThanOne) {
+  EXPECT_EQ(Passes::memory_bytes(sized(1)), 0U);
+  EXPECT_EQ(Passes::memory_bytes(sized(2)), 40U * 24 * 12);
+  Settings settings = sized(2);
+  settings.error = 0.1F;
+  settings.aovs = {Aov::variance, Aov::albedo, Aov::depth};
+  EXPECT_EQ(Passes::memory_bytes(settings), 40U * 24 * (12 + 12 + 12 + 24));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -158,6 +158,23 @@ TEST(LightAlpha, EmittersShineByTheirShare_Stress80) {
   }
 }
 
+/// On a transparent background they show nothing but how much of it they hide.
+TEST(LightAlpha, TransparentImagesTellWhatLayersHide_Stress80) {
+  for (const Layers& layers : kLayers) {
+    SceneBuilder b;
+    b.background({1, 1, 1});
+    layers.add(b, 4, b.material(veil(0.3F)));
+    Settings settings = light_settings(IntegratorKind::path, 5, 4);
+    settings.aovs = {Aov::alpha};
+    settings.transparent = true;
+    const Pixels seen = render_image(b.build(), down_at(0.03F, 0.02F, 2, 0.2F), settings).pixels;
+    EXPECT_EQ(extremes_of(seen).most, 0) << layers.name;
+    for (const float covered : seen.plane<float>(Aov::alpha)) {
+      EXPECT_NEAR(covered, 1 - std::pow(1 - double{0.3F}, 4), 1e-6) << layers.name;
+    }
+  }
+}
+
 /// A wall behind a sticker that is partly there, both at one depth: no hole in the wall.
 TEST(LightAlpha, WallsBehindStickersStayWhole_Stress80) {
   for (const bool wall_first : {false, true}) {

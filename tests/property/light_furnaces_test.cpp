@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -72,6 +73,84 @@ TEST(LightFurnaces, RoomsThatEmitAreAsBrightAsTheyReflect_Stress55) {
         EXPECT_LT(extremes_of(seen).most, due + 12 * std::sqrt(mean.variance()) + 1e-4)
             << name << ", albedo " << albedo;
       }
+}
+
+/// A path of one segment sees what emits; each further one adds what is reflected once more.
+TEST(LightFurnaces, DepthCountsSegments_Stress55) {
+  for (const float albedo : {0.5F, 0.9F})
+    for (const auto& [name, scene] : rooms(albedo))
+      for (const std::uint32_t depth : {1U, 2U, 3U, 7U, 12U}) {  // roulette begins after five
+        const Settings settings =
+            light_settings(IntegratorKind::path, 16, static_cast<std::uint32_t>(effort(8, 512)), depth);
+        const Moments mean = moments_of(render_image(scene, kFromInside, settings).pixels);
+        const double due = (1 - std::pow(double{albedo}, depth)) / (1 - double{albedo});
+        EXPECT_TRUE(std::abs(mean.mean() / due - 1) < 1e-6 || t_test(mean, due) > sidak(0.01, 2 * 6 * 5))
+            << name << ", depth " << depth << ": " << mean.mean() << " ± " << mean.standard_error() << ", due " << due;
+      }
+}
+
+/// In a room of one brightness whatever gives off as much as it takes can't be seen, nor what it does to the rest.
+TEST(LightFurnaces, RoomsInEquilibriumHideWhatIsInThem_Stress55_Stress58) {
+  const auto emits = [](const Surface& surface, float emission, float alpha = 1) {
+    return Material{.surface = surface, .emission = grey(emission), .emits_both_sides = true, .alpha = alpha};
+  };
+  const std::pair<const char*, Material> materials[] = {
+      {"grey lamp", emits(Diffuse{grey(0.2F)}, 1.6F)},
+      {"grey lamp, half there", emits(Diffuse{grey(0.2F)}, 1.6F, 0.5F)},
+      {"black lamp, a third there", emits(Diffuse{{}}, 2, 0.3F)},
+      {"white, half there", emits(Diffuse{grey(1)}, 0, 0.5F)},
+      {"glass", emits(Dielectric{1.5F}, 0)},
+      {"rough glass", emits(Dielectric{1.5F, 0.5F}, 0)},
+      {"rough glass, half there", emits(Dielectric{1.5F, 0.5F}, 0, 0.5F)},
+      {"rough metal", emits(MetallicRoughness{{1, 1, 1}, 1, 0.5F}, 0)},
+      {"Whitted's glass", emits(glass_material(), 0)},
+      {"half a mirror that emits", emits(WhittedSurface{.diffuse = {}, .reflect = grey(0.5F)}, 1)}};
+  const std::pair<const char*, void (*)(SceneBuilder&)> shapes[] = {
+      {"ball",
+       [](SceneBuilder& b) {
+         b.add(Sphere{{0.5F, 0, 0.2F}, 0.4F}, 1);
+       }},
+      {"egg",
+       [](SceneBuilder& b) {
+         b.place(b.shape(Sphere{{0, 0, 0}, 1}), 1, placed({0.5, 0.1, 0, 0.4, 0, 0.2, 0, 0, 0, 0.1, -0.4, 0.1}));
+       }},
+      {"balls in a ball",
+       [](SceneBuilder& b) {
+         b.add(Sphere{{0.4F, 0, 0.2F}, 0.55F}, 1)
+             .add(Sphere{{0.4F, 0.1F, 0.2F}, 0.2F}, 1)
+             .add(icosphere(0, 0.15F, {0.3F, 0.1F, 0.5F}), 1);
+       }},
+      {"mesh",
+       [](SceneBuilder& b) {
+         b.add(icosphere(1, 0.4F, {0.5F, 0, 0.2F}), 1);
+       }},
+      {"sheets",
+       [](SceneBuilder& b) {
+         b.add(Quad{{{{0.2F, -0.5F, 0}, {0.6F, -0.5F, 0.1F}, {0.6F, 0.5F, 0}, {0.2F, 0.5F, 0}}}}, 1);  // and not flat
+         b.add(Disk{{0.4F, 0, 0.3F}, *UnitVec3::normalize(Vec3{1, 0, 1}), 0.4F}, 1);
+       }},
+      {"tin", [](SceneBuilder& b) {
+         b.add(Cylinder{{0.5F, -0.3F, 0}, {0.5F, 0.3F, 0}, 0.3F}, 1).add(Disk{{0.5F, 0.3F, 0}, UnitVec3::y(), 0.3F}, 1);
+         b.add(Disk{{0.5F, -0.3F, 0}, -UnitVec3::y(), 0.3F}, 1);
+       }}};
+  for (const auto& [name, material] : materials)
+    for (const auto& [shape, add] : shapes) {
+      // Light in glass is denser: what has no inside can't be made of it.
+      if (std::string_view(shape) == "sheets" && std::string_view(name).find("glass") != std::string_view::npos)
+        continue;
+      SceneBuilder b;
+      b.material(Material{.surface = Diffuse{grey(0.5F)}, .emission = {1, 1, 1}, .emits_both_sides = true});
+      b.material(material);
+      b.add(Sphere{{0, 0, 0}, 1.2F});
+      add(b);
+      const Settings settings =
+          light_settings(IntegratorKind::path, 20, static_cast<std::uint32_t>(effort(8, 256)), 200);
+      const Camera camera = PerspectiveCamera{{{-0.9F, 0.2F, -0.3F}, {0.5F, 0, 0.2F}, {0, 1, 0}}, 1};
+      const Moments mean = moments_of(render_image(b.build(), camera, settings).pixels);
+      // Tables say what rough glass and metal keep: to some thousandths.
+      EXPECT_TRUE(std::abs(mean.mean() - 2) < 1e-3 || t_test(mean, 2) > sidak(0.01, 60))
+          << name << ", " << shape << ": " << mean.mean() << " ± " << mean.standard_error();
+    }
 }
 
 struct Lit {

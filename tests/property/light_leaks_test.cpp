@@ -88,6 +88,32 @@ TEST(LightLeaks, ClosedMeshesAreBlackInside_Stress70) {
       }
 }
 
+/// Smooth bodies of few triangles that go a hair through three walls: what lies between their faces and the surface
+/// that their normals stand for is outside.
+TEST(LightLeaks, BodiesThroughTheWallsBringNoLightIn_Stress70) {
+  for (const Surface& surface : opaque_surfaces()) {
+    SceneBuilder b;
+    b.material(Material{.surface = surface});
+    b.add(smooth_cube(2, -1));
+    light_from_outside(b);
+    for (const float s : {1.0F, -1.0F}) {
+      TriangleMesh ball = smooth_ball(8, 6);
+      for (Vec3& p : ball.positions) p = p + Vec3{1.0001F, 1.0001F * s, -1.0001F};
+      b.add(ball);
+    }
+    const auto scene = b.build();
+    for (const Vec3 at : {Vec3{0.1F, 0.2F, -0.1F}, Vec3{1, 1, -1}, Vec3{1.2F, -1.2F, 0.4F}}) {
+      const Settings settings = light_settings(IntegratorKind::path, 64, static_cast<std::uint32_t>(effort(1, 64)), 8);
+      ASSERT_EQ(
+          extremes_of(
+              render_image(scene, PerspectiveCamera{{{-1.9F, -1.9F, 1.95F}, at, {0, 0, 1}}, 1.8F}, settings).pixels)
+              .most,
+          0)
+          << "surface " << surface.index();
+    }
+  }
+}
+
 const OrthographicCamera kFromFront{{{0, -5, 0}, {0, 0, 0}, {0, 0, 1}}, 2.2F};
 
 /// The root of the mean square by which a ball of triangles differs from the sphere; without its rim, which a coarse

@@ -129,6 +129,7 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
                  has.lights_to_sample ? "the feature: all surfaces are smooth, so that no light is sampled"
                                       : "the feature: there is no light to sample");
     skip_feature("last_segments", has.emitters || has.sky, "the feature: no ray can meet a light by chance");
+    skip_feature("transmission", has.transmission, "the feature: no surface passes light, so none is lit from behind");
     skip_feature("alpha", has.alpha, "the feature: all surfaces are opaque");
     skip_feature("sky", !has.even_sky, "the feature: the sky is alike all over, so what sees it alone takes no ray");
   }

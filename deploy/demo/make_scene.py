@@ -120,17 +120,8 @@ illum 2
 """
 
 
-def whitted(diffuse, specular=0.0, shininess=1, reflect=0.0):
-    def rgb(value):
-        return [value] * 3 if isinstance(value, (int, float)) else value
-
-    return {
-        "type": "whitted",
-        "diffuse": diffuse,
-        "specular": rgb(specular),
-        "shininess": shininess,
-        "reflect": rgb(reflect),
-    }
+def glazed(colour, roughness):
+    return {"type": "metallic_roughness", "base_color": colour, "metallic": 0, "roughness": roughness}
 
 
 PALETTE = {
@@ -143,18 +134,18 @@ PALETTE = {
 
 
 def materials():
-    stones = {name: {"type": "phong", "diffuse": colour, "specular": [0.15] * 3, "shininess": 40} for name, colour in PALETTE.items()}
+    stones = {name: glazed(colour, 0.35) for name, colour in PALETTE.items()}
     return {
         **stones,
         "mortar": {"type": "diffuse", "color": [0.30, 0.28, 0.25]},
         "rock": {"type": "diffuse", "color": [0.44, 0.33, 0.25]},
         "dark rock": {"type": "diffuse", "color": [0.30, 0.22, 0.18]},
-        "mirror": {"type": "mirror", "color": [0.92, 0.93, 0.95]},
+        "mirror": {"type": "conductor", "metal": "silver"},
         "glass": {"type": "dielectric", "ior": 1.5},
-        "gold": whitted([0.42, 0.25, 0.05], [0.9, 0.6, 0.2], 90, [0.35, 0.24, 0.08]),
+        "gold": {"type": "conductor", "metal": "gold", "roughness": 0.35},
         "cypress": {"type": "diffuse", "color": [0.06, 0.14, 0.07]},
         "bark": {"type": "diffuse", "color": [0.16, 0.10, 0.06]},
-        "coral": {"type": "phong", "diffuse": [0.70, 0.14, 0.08], "specular": [0.5, 0.5, 0.5], "shininess": 80},
+        "coral": glazed([0.70, 0.14, 0.08], 0.2),
     }
 
 
@@ -257,12 +248,10 @@ def centre():
 def scene():
     rng = random.Random(7)
     return {
-        "background": [0.13, 0.24, 0.42],
         "camera": {"type": "perspective", "from": [5.0, 3.9, 12.4], "at": [0, -0.25, 0], "up": [0, 1, 0], "fov": 35},
         "lights": [
-            {"type": "directional", "direction": [0.62, -1.0, -0.55], "irradiance": [2.75, 2.5, 2.1]},
-            {"type": "directional", "direction": [0.7, 0.45, -0.6], "irradiance": [0.55, 0.6, 0.7]},
-            {"type": "ambient", "radiance": [0.15, 0.18, 0.24]},
+            {"type": "sun", "direction": [0.62, -0.8, -0.55], "irradiance": [2.6, 2.3, 1.8], "angle": 4},
+            {"type": "environment", "radiance": [0.22, 0.32, 0.5]},
         ],
         "materials": materials(),
         "geometries": {

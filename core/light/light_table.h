@@ -43,8 +43,6 @@ class LightTable {
   bool empty() const { return count() == 0; }
   /// How many lights may be picked.
   std::uint64_t count() const { return std::uint64_t{near_.size()} + far_.size(); }
-  /// Whether several lights are near: otherwise the tree has nothing to decide.
-  bool has_hierarchy() const { return near_.size() > 1; }
 
   /// `pick` in [0, 1), `u` in [0, 1)². Nothing when what these fall on sends nothing to that point.
   std::optional<LightSample> sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const;

@@ -39,19 +39,20 @@ void add(const Light& light, Features& to) {
                  [&](const PointLight& l) {
                    to.shadows = true;
                    to.only_physical &= l.falls_off;
-                   to.lights_to_sample |= !l.intensity.is_black();
+                   to.lights += !l.intensity.is_black();
                  },
                  [&](const DirectionalLight& l) {
                    to.shadows = true;
-                   to.lights_to_sample |= !l.irradiance.is_black();
+                   to.lights += !l.irradiance.is_black();
                  },
                  [&](const AmbientLight&) { to.only_physical = false; },
                  [&](const SpotLight& l) {
                    to.only_whitted = false;
-                   to.lights_to_sample |= !l.intensity.is_black();
+                   to.lights += !l.intensity.is_black();
                  },
                  [&](const SunLight& l) {
                    to.only_whitted = false;
+                   to.lights += !l.irradiance.is_black();
                    to.sky |= !l.irradiance.is_black();
                    to.even_sky = false;
                  },
@@ -68,7 +69,11 @@ void add(const Light& light, Features& to) {
 Features features_of(const Scene& scene) {
   Features features;
   std::vector<bool> used(scene.materials.size());
-  for (const Object& object : scene.objects) used[object.material] = true;
+  for (const Object& object : scene.objects) {
+    used[object.material] = true;
+    if (!scene.materials[object.material].emission.is_black())
+      features.lights += primitive_count(scene.shapes[object.shape]);
+  }
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
     const Material& material = scene.materials[i];
@@ -78,8 +83,9 @@ Features features_of(const Scene& scene) {
   }
   if (features.emitters || features.alpha) features.only_whitted = false;
   for (const Light& light : scene.lights) add(light, features);
-  features.sky |= !is_black(environment_of(scene));
-  features.lights_to_sample |= features.emitters || features.sky;
+  const bool has_environment = !is_black(environment_of(scene));
+  features.lights += has_environment;
+  features.sky |= has_environment;
   return features;
 }
 

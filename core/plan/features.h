@@ -17,13 +17,13 @@ struct Features {
   bool reflection = false;  ///< A surface that asks Whitted's tracer for mirrored rays,
   bool refraction = false;  ///< or for refracted ones.
 
-  bool emitters = false;          ///< An object emits.
-  bool lights_to_sample = false;  ///< Emitters, lights and whatever else sends light, if any isn't black.
-  bool sky = false;               ///< What rays see that hit nothing isn't black: the environment, or a sun.
-  bool even_sky = true;           ///< It is the same in all directions.
-  bool rough_surfaces = false;    ///< A surface that reflects or transmits into more than single directions.
-  bool transmission = false;      ///< A surface that passes light.
-  bool alpha = false;             ///< A surface that isn't all there.
+  bool emitters = false;        ///< An object emits.
+  std::uint64_t lights = 0;     ///< That may be sampled: primitives that emit, and lights that aren't black.
+  bool sky = false;             ///< What rays see that hit nothing isn't black: the environment, or a sun.
+  bool even_sky = true;         ///< It is the same in all directions.
+  bool rough_surfaces = false;  ///< A surface that reflects or transmits into more than single directions.
+  bool transmission = false;    ///< A surface that passes light.
+  bool alpha = false;           ///< A surface that isn't all there.
 };
 Features features_of(const Scene& scene);
 

@@ -125,9 +125,11 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
     skip_feature("refraction_rays", has.refraction, "the feature: no material in use transmits");
   }
   if (plan.integrator == IntegratorKind::path || plan.integrator == IntegratorKind::direct) {
-    skip_feature("light_samples", has.lights_to_sample && has.rough_surfaces,
-                 has.lights_to_sample ? "the feature: all surfaces are smooth, so that no light is sampled"
-                                      : "the feature: there is no light to sample");
+    skip_feature("light_samples", has.lights > 0 && has.rough_surfaces,
+                 has.lights > 0 ? "the feature: all surfaces are smooth, so that no light is sampled"
+                                : "the feature: there is no light to sample");
+    skip_feature("light_hierarchy", has.lights != 1,
+                 "the feature: one light is all there is, so none has to be picked");
     skip_feature("last_segments", has.emitters || has.sky, "the feature: no ray can meet a light by chance");
     skip_feature("transmission", has.transmission, "the feature: no surface passes light, so none is lit from behind");
     skip_feature("alpha", has.alpha, "the feature: all surfaces are opaque");

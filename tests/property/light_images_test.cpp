@@ -180,7 +180,7 @@ TEST(LightImages, AreTheSameWhateverTheChunks_Stress52) {
 /// A plan that skips nothing: every feature is there.
 Features all_features(Features features) {
   features.shadows = features.reflection = features.refraction = true;
-  features.emitters = features.lights_to_sample = features.sky = features.rough_surfaces = true;
+  features.emitters = features.sky = features.rough_surfaces = true;
   features.transmission = features.alpha = true;
   features.even_sky = false;
   return features;

@@ -135,12 +135,14 @@ std::optional<SurfaceSample> checked(const SurfaceSample& sample) {
   return sample;
 }
 
-/// `area` is that which the point is chosen from.
+/// `area` is that which the point is chosen from, as a multiple of the flat's `cross`.
 std::optional<SurfaceSample> toward(const Flat& flat, Vec3d way, double area) {
   const double along = dot(flat.cross, way), square = dot(way, way);
-  const double cosine = std::abs(along) / (length(flat.cross) * std::sqrt(square));
-  return checked({way, along < 0, square / (cosine * area)});
+  return checked({way, along < 0, square * std::sqrt(square) / (std::abs(along) * area)});
 }
+
+/// A triangle's area, of `cross`.
+constexpr double kHalf = 0.5;
 
 std::optional<SurfaceSample> sample_triangle(const Flat& flat, Vec3d from, Vec2 u, double area) {
   const Vec2 share = uniform_triangle(u);
@@ -149,21 +151,21 @@ std::optional<SurfaceSample> sample_triangle(const Flat& flat, Vec3d from, Vec2 
 
 std::optional<SurfaceSample> sample(const Object& object, const TriangleMesh& mesh, std::uint32_t primitive, Vec3d from,
                                     Vec2 u) {
-  const Flat flat = triangle(object, mesh, primitive);
-  return sample_triangle(flat, from, u, length(flat.cross) / 2);
+  return sample_triangle(triangle(object, mesh, primitive), from, u, kHalf);
 }
 
 std::optional<SurfaceSample> sample(const Object& object, const Quad& quad, std::uint32_t, Vec3d from, Vec2 u) {
   const Halves halves(object, quad);
   const double share = halves.first_area / halves.area;
-  if (u.x < share) return sample_triangle(halves.first, from, {static_cast<float>(u.x / share), u.y}, halves.area / 2);
-  return sample_triangle(halves.second, from, {static_cast<float>((u.x - share) / (1 - share)), u.y}, halves.area / 2);
+  if (u.x < share) return sample_triangle(halves.first, from, {static_cast<float>(u.x / share), u.y}, kHalf / share);
+  return sample_triangle(halves.second, from, {static_cast<float>((u.x - share) / (1 - share)), u.y},
+                         kHalf / (1 - share));
 }
 
 std::optional<SurfaceSample> sample(const Object& object, const Disk& disk, std::uint32_t, Vec3d from, Vec2 u) {
   const Flat flat = flat_disk(object, disk);
   const Vec2 at = uniform_disk(u);
-  return toward(flat, flat.start - from + flat.first * at.x + flat.second * at.y, kPi * length(flat.cross));
+  return toward(flat, flat.start - from + flat.first * at.x + flat.second * at.y, kPi);
 }
 
 std::optional<SurfaceSample> sample_ball(const Ball& ball, Vec3d from, Vec2 u) {
@@ -311,8 +313,7 @@ WorldTriangle world_triangle(const Object& object, const TriangleMesh& mesh, std
 }
 
 std::optional<SurfaceSample> sample_surface(const WorldTriangle& triangle, Vec3d from, Vec2 u) {
-  const Flat flat = flat_of(triangle);
-  return sample_triangle(flat, from, u, length(flat.cross) / 2);
+  return sample_triangle(flat_of(triangle), from, u, kHalf);
 }
 
 double surface_pdf(const WorldTriangle& triangle, Vec3 direction, double distance) {

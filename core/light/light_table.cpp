@@ -170,10 +170,9 @@ std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, doub
   const WorldTriangle* triangle = triangle_of(light);
   const auto found = triangle ? sample_surface(*triangle, from, u) : sample_surface(scene_, source, from, u);
   if (!found || !(found->front || material.emits_both_sides)) return std::nullopt;
-  const auto direction = UnitVec3::normalize(found->way);
-  if (!direction) return std::nullopt;
-  return LightSample{*direction,
-                     static_cast<float>(length(found->way)),
+  const double distance = length(found->way);
+  return LightSample{to_float(found->way / distance),
+                     static_cast<float>(distance),
                      material.emission * material.alpha,
                      static_cast<float>(probability * found->pdf),
                      false,

@@ -60,7 +60,8 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       sampler_(sampler),
       options_(options),
       has_alpha_(features.alpha),
-      meets_lights_(features.emitters || features.sky),
+      has_sky_(features.sky),
+      has_emitters_(features.emitters),
       counts_(counts),
       log_(log),
       shadows_(scene, features.alpha) {}
@@ -132,18 +133,22 @@ PathTracer::Next PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
   const bool is_shade = passes && is_black(material.surface);
   if (passes && !is_shade && path.numbers.one(dimension(vertex_, Decision::alpha)) >= material.alpha)
     return Next::what_is_behind;
+  if (material.emission.is_black() && (is_shade || path.depth == options_.max_depth))
+    return is_shade ? behind(path, material.alpha) : Next::nothing;
   const Vertex at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction, {hit.object, hit.primitive},
                   material);
   if (!material.emission.is_black()) add_emitted(path, at, is_shade ? material.alpha : 1);
-  if (is_shade) {
-    path.throughput = path.throughput * (1 - material.alpha);
-    return path.throughput.is_black() ? Next::nothing : Next::what_is_behind;
-  }
+  if (is_shade) return behind(path, material.alpha);
   if (path.depth == options_.max_depth) return Next::nothing;
   path.is_direct = false;
   sample_light(path, at);
   ++path.depth;
   return scatter(path, ray, at) ? Next::its_ray : Next::nothing;
+}
+
+PathTracer::Next PathTracer::behind(Path& path, float alpha) {
+  path.throughput = path.throughput * (1 - alpha);
+  return path.throughput.is_black() ? Next::nothing : Next::what_is_behind;
 }
 
 void PathTracer::add_escaped(const Path& path, Vec3 direction) {
@@ -190,7 +195,8 @@ void PathTracer::sample_light(const Path& path, const Vertex& at) {
 
 bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
   // Where nothing is left but to meet a light by chance, and none can be met, the ray would bring nothing.
-  if (path.depth == options_.max_depth && !meets_lights_) return false;
+  const bool is_last = path.depth == options_.max_depth;
+  if (is_last && !has_sky_ && !has_emitters_) return false;
   const float lobe = has_one_lobe(at.bsdf) ? 0 : path.numbers.one(dimension(vertex_, Decision::bsdf_lobe));
   const auto chosen = sample(at.bsdf, at.to_viewer, lobe, path.numbers.two(dimension(vertex_, Decision::bsdf)));
   if (!chosen) return false;
@@ -200,7 +206,7 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
     return false;
   if (path.throughput.is_black()) return false;
   const auto way = leaving(at, at.frame.to_world(chosen->wi), !chosen->transmits);
-  if (!way) return false;
+  if (!way || (is_last && !has_sky_ && !lights_.may_meet(*way))) return false;
   ray = *way;
   path.pdf = chosen->is_delta ? 0 : chosen->pdf;
   path.from = at.shading.surface.position;

@@ -59,6 +59,8 @@ class PathTracer final : public Integrator {
 
   void shade();
   Next shade_path(Path& path, Ray& ray, const Hit& hit);
+  /// What a black surface that isn't all there lets pass.
+  static Next behind(Path& path, float alpha);
   void add_escaped(const Path& path, Vec3 direction);
   void add_emitted(const Path& path, const Vertex& at, float share);
   void sample_light(const Path& path, const Vertex& at);
@@ -74,7 +76,7 @@ class PathTracer final : public Integrator {
   const Sampler& sampler_;
   Options options_;
   bool has_alpha_;
-  bool meets_lights_;  ///< A ray can meet light by chance.
+  bool has_sky_, has_emitters_;  ///< Which rays can meet by chance.
   RayCounts& counts_;
   TraceLog log_;
   Output out_;

@@ -70,7 +70,44 @@ LightTable::LightTable(const Scene& scene)
       near_(gather_near()),
       far_share_(far_.size() == 0    ? 0
                  : near_.size() == 0 ? 1
-                                     : 0.5) {}
+                                     : 0.5) {
+  gather_emitters();
+}
+
+void LightTable::gather_emitters() {
+  constexpr std::size_t kMostBoxes = 8;
+  constexpr float kRoom = 0x1p-10F;
+  for (const Object& object : scene_.objects) {
+    if (scene_.materials[object.material].emission.is_black()) continue;
+    Aabb box = world_bounds(scene_, object);
+    if (box.empty()) continue;
+    const Vec3 room = max(abs(box.lo), abs(box.hi)) * kRoom;
+    emitters_.push_back({box.lo - room, box.hi + room});
+  }
+  if (emitters_.size() <= kMostBoxes) return;
+  for (const Aabb& box : emitters_) emitters_[0].extend(box);
+  emitters_.resize(1);
+}
+
+bool LightTable::may_meet(const Ray& ray) const {
+  const Vec3d origin = to_double(ray.origin), direction = to_double(ray.direction);
+  // Rays far away from a box see it less exactly.
+  const double room = 0x1p-20 * max_component(abs(origin));
+  return std::ranges::any_of(emitters_, [&](const Aabb& box) {
+    double enter = 0, leave = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lo = box.lo[axis] - room - origin[axis], hi = box.hi[axis] + room - origin[axis];
+      if (direction[axis] == 0) {
+        if (lo > 0 || hi < 0) return false;
+        continue;
+      }
+      const double a = lo / direction[axis], b = hi / direction[axis];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter <= leave;
+  });
+}
 
 LightTree LightTable::gather_near() {
   std::vector<LightBounds> bounds;

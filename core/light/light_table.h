@@ -62,6 +62,9 @@ class LightTable {
   float pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId primitive, double distance,
                 Vec3d geometric_normal) const;
 
+  /// Whether a ray can meet an object that emits; false only where it can't.
+  bool may_meet(const Ray& ray) const;
+
   /// What a ray that meets nothing sees, `direction` being unit.
   Rgb escaped(Vec3 direction) const { return far_.radiance(direction); }
 
@@ -69,6 +72,7 @@ class LightTable {
   float pdf_escaped(Vec3 normal, Vec3 direction) const;
 
  private:
+  void gather_emitters();
   /// Fills the sources.
   LightTree gather_near();
   std::optional<LightSample> sample_far(Vec3 normal, double pick, Vec2 u) const;
@@ -82,6 +86,7 @@ class LightTable {
 
   std::vector<PrimitiveId> sources_;  ///< Those of the tree; of a light of the scene its index, `object` being none.
   std::vector<std::uint32_t> first_;  ///< For each object the source that its first primitive is, or none.
+  std::vector<Aabb> emitters_;        ///< Boxes of objects that emit, with room for all roundings; one for all if many.
   std::vector<WorldTriangle> triangles_;  ///< For each source; empty where none is a mesh's triangle.
   std::vector<Transform::Error> errors_;  ///< For each object that emits, of its placement.
   LightTree near_;

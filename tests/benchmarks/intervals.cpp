@@ -1,6 +1,7 @@
 // How often the interval that jobs state for their error holds the true one, over jobs that stop at an asked-for error.
 //
 // tests/bench intervals [--quick] [--threads N]
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>

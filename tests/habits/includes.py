@@ -38,7 +38,7 @@ LIBRARIES = {
     "server": ["nlohmann/", "spdlog/", "CLI/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
     "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
-    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h"],
+    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/"],
 }
 
 # POSIX, for the parts that talk to the system.

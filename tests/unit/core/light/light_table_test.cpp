@@ -13,7 +13,7 @@ TEST(LightTable, AnEmptySceneHasNoLight) {
   const auto scene = SceneBuilder().add(Sphere{}).light(AmbientLight{{1, 1, 1}}).build();
   const LightTable table(*scene);
   EXPECT_TRUE(table.empty());
-  EXPECT_EQ(table.count(), 1U);
+  EXPECT_EQ(table.count(), 0U);
   EXPECT_FALSE(table.sample({0, 0, 0}, {}, 0.5F, {0.5F, 0.5F}));
   EXPECT_TRUE(table.escaped(kUp).is_black());
   EXPECT_EQ(table.pdf_escaped({}, kUp), 0);

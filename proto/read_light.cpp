@@ -20,7 +20,7 @@ Light read_point(JsonFields& fields) {
   fields.call("a point light");
   PointLight light;
   read(fields.required("position"), light.position, kCoordinate);
-  read_color(fields.required("intensity"), light.intensity, kNotNegative);
+  read_color(fields.required("intensity"), light.intensity, kLightChannel);
   read<bool>(fields.optional("falloff"), light.falls_off, {{"inverse_square", true}, {"none", false}});
   return light;
 }
@@ -29,14 +29,14 @@ Light read_directional(JsonFields& fields) {
   fields.call("a directional light");
   DirectionalLight light;
   read_direction(fields.required("direction"), light.direction);
-  read_color(fields.required("irradiance"), light.irradiance, kNotNegative);
+  read_color(fields.required("irradiance"), light.irradiance, kLightChannel);
   return light;
 }
 
 Light read_ambient(JsonFields& fields) {
   fields.call("an ambient light");
   AmbientLight light;
-  read_color(fields.required("radiance"), light.radiance, kNotNegative);
+  read_color(fields.required("radiance"), light.radiance, kLightChannel);
   return light;
 }
 
@@ -45,7 +45,7 @@ Light read_spot(JsonFields& fields) {
   SpotLight light;
   read(fields.required("position"), light.position, kCoordinate);
   read_direction(fields.required("direction"), light.direction);
-  read_color(fields.required("intensity"), light.intensity, kNotNegative);
+  read_color(fields.required("intensity"), light.intensity, kLightChannel);
   const auto inner_field = fields.optional("inner_angle"), outer_field = fields.required("outer_angle");
   float inner = 0, outer = 0;
   const bool good = read(inner_field, inner, kInnerAngle) && read(outer_field, outer, kOuterAngle);
@@ -60,7 +60,7 @@ Light read_sun(JsonFields& fields) {
   fields.call("a sun");
   SunLight light;
   read_direction(fields.required("direction"), light.direction);
-  read_color(fields.required("irradiance"), light.irradiance, kNotNegative);
+  read_color(fields.required("irradiance"), light.irradiance, kLightChannel);
   float angle = kDefaultSunAngle;
   read(fields.optional("angle"), angle, kSunAngle);
   light.angle = radians(angle);
@@ -90,7 +90,7 @@ bool read_rotation(JsonCursor value, std::array<float, 9>& rotation) {
 Light read_environment(JsonFields& fields, FileLoader& files) {
   fields.call("an environment");
   EnvironmentLight light;
-  read_color(fields.optional("radiance"), light.radiance, kNotNegative);
+  read_color(fields.optional("radiance"), light.radiance, kLightChannel);
   const bool has_map = files.find_environment(fields, light.map);
   const auto transform = fields.optional("transform");
   if (transform && !has_map) transform->error("An environment without a map is the same all around; leave this out.");

@@ -138,7 +138,7 @@ Surface read_surface(MaterialType type, JsonFields& fields) {
 /// What any material may have beside its surface.
 void read_common(JsonFields& fields, Material& material) {
   const auto emission = fields.optional("emission"), emits = fields.optional("emits");
-  read_color(emission, material.emission, kNotNegative);
+  read_color(emission, material.emission, kLightChannel);
   read<bool>(emits, material.emits_both_sides, {{"front", false}, {"both", true}});
   if (emits && !emission) emits->error("\"emits\" says where \"emission\" goes, and there is none; add it.");
   read(fields.optional("alpha"), material.alpha, kFraction);

@@ -3,10 +3,12 @@
 #include <numbers>
 
 #include "core/geometry/triangle_mesh.h"
+#include "core/scene/light.h"
 
 namespace tessera::proto {
 
 const NumberRange kCoordinate{-kLargestCoordinate, kLargestCoordinate, false, "a number from -1e18 to 1e18"};
+const NumberRange kLightChannel{0, kLargestLight, false, "a number from 0 to 1e18"};
 
 bool read(std::optional<JsonCursor> value, Vec3& out, const NumberRange& range) {
   if (!value) return true;

@@ -9,6 +9,9 @@ namespace tessera::proto {
 /// Within ±kLargestCoordinate, so that no square of a length overflows.
 extern const NumberRange kCoordinate;
 
+/// Of a light's or an emitter's channel: from 0 to kLargestLight.
+extern const NumberRange kLightChannel;
+
 // Readers of small vectors, by the rules of the readers in json_cursor.h.
 bool read(std::optional<JsonCursor> value, Vec3& out, const NumberRange& range);
 bool read_color(std::optional<JsonCursor> value, Rgb& out, const NumberRange& range);

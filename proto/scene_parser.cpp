@@ -83,7 +83,7 @@ class SceneParser {
     read_lights(lights);
     read_geometries(fields.optional("geometries"));
     read_objects(objects);
-    read_color(background, builder_.background(), kNotNegative);
+    read_color(background, builder_.background(), kLightChannel);
     if (camera) builder_.camera() = read_camera(*camera);
     fields.refuse_unknown();
     if (!errors_.empty()) return std::nullopt;

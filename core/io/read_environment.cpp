@@ -16,7 +16,10 @@ bool begins_with(std::span<const std::byte> file, std::string_view magic) {
                                                    [](char a, std::byte b) { return static_cast<std::byte>(a) == b; });
 }
 
-bool is_light(Rgb c) { return is_finite(c) && c.r >= 0 && c.g >= 0 && c.b >= 0; }
+bool is_light(Rgb c) {
+  const auto fits = [](float v) { return v >= 0 && v <= kLargestLight; };
+  return fits(c.r) && fits(c.g) && fits(c.b);
+}
 
 }  // namespace
 
@@ -34,7 +37,7 @@ std::variant<EnvironmentMap, std::string> read_environment(std::span<const std::
   const auto wrong = std::ranges::count_if(map.texels, [](Rgb c) { return !is_light(c); });
   if (wrong > 0)
     return std::to_string(wrong) + " of its " + std::to_string(map.texels.size()) +
-           " texels are NaN, infinite or negative.";
+           " texels are NaN, negative or above 1e18.";
   return map;
 }
 

@@ -11,6 +11,10 @@
 
 namespace tessera {
 
+/// Intensities, irradiances, radiances and texels are at most this in each channel: so no product of two, nor a sun's
+/// radiance, overflows a float.
+inline constexpr float kLargestLight = 1e18F;
+
 /// Radiates evenly from a point. Its irradiance at distance d is intensity / d², or plain intensity when it
 /// doesn't fall off (NFF's lights).
 struct PointLight {

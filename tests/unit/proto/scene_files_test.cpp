@@ -315,7 +315,7 @@ TEST(SceneFiles, AnEnvironmentIsTurned) {
 TEST(SceneFiles, AMapThatCannotBeLightIsRefused) {
   TestFiles files;
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-  for (const float bad : {kNan, -1.0F, kInfinity, -kInfinity}) {
+  for (const float bad : {kNan, -1.0F, 2e18F, kInfinity, -kInfinity}) {
     files.add_asset("sky.exr", map_file({{1, 2, 3}, {0, bad, 0}}, 2));
     const auto result = parse_scene(sky(R"("path": "sky.exr")"), files, Limits());
     ASSERT_FALSE(result) << bad;

@@ -79,7 +79,7 @@ TEST(ReadEnvironment, CountsTexelsThatAreNoLight) {
   values[4] = -1;
   values[5] = std::numeric_limits<float>::infinity();
   EXPECT_EQ(problem_of(written("a.exr", spec_of(2, 2, {"R", "G", "B"}), values)),
-            "2 of its 4 texels are NaN, infinite or negative.");
+            "2 of its 4 texels are NaN, negative or above 1e18.");
   EXPECT_EQ(problem_of(written("a.exr", spec_of(2, 2, {"R", "G", "B"}), std::vector<float>(12))), "")
       << "black is fine";
 }

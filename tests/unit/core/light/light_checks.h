@@ -142,12 +142,14 @@ class DirectionCells {
 inline void expect_sampled_as_claimed(const Scene& scene, Vec3 from, Vec3 normal, const DirectionCells& cells,
                                       bool all_there = true) {
   constexpr int kSamples = 1'000'000, kCompared = 20'000;
+  // Where a curved surface is seen nearly edge-on, the rounding of a direction moves the point that it meets a lot.
+  constexpr double kGrazing = 0.02;
   const LightTable table(scene);
   std::vector<double> observed(DirectionCells::kCount + 2), expected(DirectionCells::kCount + 2);
   double& at_edges = observed[DirectionCells::kCount];
   double& failed = observed[DirectionCells::kCount + 1];
   Random random(7);
-  int outside = 0, rounded_off = 0, different = 0;
+  int outside = 0, rounded_off = 0, grazing = 0, different = 0;
   for (int i = 0; i < kSamples; ++i) {
     const float pick = random_pick(random);
     const auto sample = table.sample(to_double(from), normal, pick, random_square(random));
@@ -162,12 +164,15 @@ inline void expect_sampled_as_claimed(const Scene& scene, Vec3 from, Vec3 normal
       ++outside;
     if (i >= kCompared) continue;
     const double claimed = claimed_pdf(table, scene, from, normal, sample->to_light);
-    const double same = 1e-4 / sample->pdf + 0.05 * cells.solid_angle();  // at an edge normals turn fast
+    const auto met = meet(scene, from, sample->to_light);
     if (claimed == 0)
       ++rounded_off;
-    else if (std::abs(1 / claimed - 1 / sample->pdf) > same)
+    else if (met && std::abs(dot(met->normal, to_double(sample->to_light))) < kGrazing)
+      ++grazing;
+    else if (std::abs(claimed / sample->pdf - 1) > 1e-3)
       ++different;
   }
+  EXPECT_LE(grazing, kCompared / 20);
   EXPECT_EQ(outside, 0);
   EXPECT_LE(rounded_off, kCompared / 1000);
   EXPECT_EQ(different, 0);

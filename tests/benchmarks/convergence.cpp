@@ -38,7 +38,7 @@ struct Options {
   bool is_quick = false;
   std::vector<std::string> parts;
   std::uint32_t samples = 4096;
-  unsigned threads = 2;
+  unsigned threads = 1;
 
   bool wants(const std::string& part) const { return parts.empty() || std::ranges::find(parts, part) != parts.end(); }
 };
@@ -71,7 +71,7 @@ double flat_share(const FloatImage& image, const FloatImage& of_other_seed) {
 /// What is measured of one scene.
 class SceneBench {
  public:
-  SceneBench(const LightScene& scene, const Tessera& tessera, const fs::path& folder, const Options& options)
+  SceneBench(const LightScene& scene, Tessera& tessera, const fs::path& folder, const Options& options)
       : scene_(scene), tessera_(tessera), folder_(folder), options_(options) {}
 
   /// Prints and reports; the efficiency as a ratio to that of Cycles, where it is there.
@@ -201,11 +201,11 @@ class SceneBench {
       chart.lines.push_back(std::move(line));
     }
     return line_charts("Error against seconds", "Square root of relMSE; a point for 1, 4, 16, … samples a pixel",
-                       "seconds of rendering", {chart});
+                       "processor seconds", {chart});
   }
 
   const LightScene& scene_;
-  const Tessera& tessera_;
+  Tessera& tessera_;
   const fs::path& folder_;
   const Options& options_;
   double flat_share_ = 0, adaptive_ratio_ = 0;
@@ -213,14 +213,14 @@ class SceneBench {
 
 void measure(Report& report, const Options& options) {
   std::printf(
-      "\nPath tracing of %u × %u pixels on %u threads, seconds of rendering alone. relMSE: the mean of\n"
+      "\nPath tracing of %u × %u pixels on %u threads, processor seconds of rendering. relMSE: the mean of\n"
       "(I − R)² / (R² + 0.01), each renderer against its own reference of 2 × %u samples, whose own error is taken\n"
       "off. Cycles: same depth, box filter, no denoiser, no adaptive sampling, nothing clamped or filtered.\n",
       kLightSide, kLightSide, options.threads, options.samples);
   if (!is_installed("blender"))
     std::printf("Blender is missing (deploy/install-deps --bench brings it): Tessera is measured alone.\n");
   const WorkFolder folder("convergence");
-  const Tessera tessera(TESSERAD, folder.path(), options.threads);
+  Tessera tessera(TESSERAD, folder.path(), options.threads);
   std::vector<double> ratios;
   std::optional<LightScene> kitchen;
   for (const LightScene& scene : light_scenes(folder.path())) {
@@ -233,7 +233,7 @@ void measure(Report& report, const Options& options) {
   }
   if (!ratios.empty()) report.at_least("convergence/efficiency_vs_cycles_mean", geometric_mean(ratios), 3);
   if (options.wants("path-rates")) {
-    const Tessera one_thread(TESSERAD, folder.path(), 1);
+    Tessera one_thread(TESSERAD, folder.path(), 1);
     measure_path_rates(report, organic_scene(folder.path()), folder.path(), one_thread);
     if (kitchen) measure_path_rates(report, *kitchen, folder.path(), one_thread);
   }

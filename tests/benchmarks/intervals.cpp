@@ -43,7 +43,7 @@ struct Tally {
   double share() const { return static_cast<double>(held) / jobs; }
 };
 
-Tally run_jobs(const Tessera& tessera, const LightScene& scene, const LongReference& reference, double target,
+Tally run_jobs(Tessera& tessera, const LightScene& scene, const LongReference& reference, double target,
                const Options& options) {
   Tally tally;
   for (int seed = 0; seed < options.seeds(); ++seed) {
@@ -62,7 +62,7 @@ Tally run_jobs(const Tessera& tessera, const LightScene& scene, const LongRefere
   return tally;
 }
 
-Tally measure(Report& report, const Tessera& tessera, const LightScene& scene, const Options& options) {
+Tally measure(Report& report, Tessera& tessera, const LightScene& scene, const Options& options) {
   const auto half = [&](int seed) {
     return tessera.render(scene, {{"samples", options.reference_samples()}, {"seed", seed}}).image;
   };
@@ -90,7 +90,7 @@ Tally measure(Report& report, const Tessera& tessera, const LightScene& scene, c
 
 void measure_all(Report& report, const Options& options) {
   const WorkFolder folder("intervals");
-  const Tessera tessera(TESSERAD, folder.path(), options.threads);
+  Tessera tessera(TESSERAD, folder.path(), options.threads);
   Tally all;
   for (const LightScene& scene : light_scenes(folder.path())) {
     // Where hardly anything is random, so is the error.

@@ -3,9 +3,9 @@
 Usage: blender -b --factory-startup --python-exit-code 1 --python cycles_render.py -- ORDER
 
 ORDER is a JSON file: {"scene": path, "width", "height", "max_depth", "threads",
-"runs": [{"samples", "seed", "image": path of the EXR to write}, ...]}. What Cycles says of its render times stands
-in the images' headers. Files that the document names lie beside it, as binary PLY files of float positions (and
-normals) and triangles. What this can't say in Blender's terms ends it with an error.
+"runs": [{"samples", "seed", "image": path of the EXR to write}, ...]}. For each run it prints "rendered in" and
+processor seconds; the first one builds the scene as well. Files that the document names lie beside it, as binary PLY
+files of float positions (and normals) and triangles. What this can't say in Blender's terms ends it with an error.
 """
 
 import array
@@ -13,6 +13,7 @@ import json
 import math
 import pathlib
 import sys
+import time
 
 import bpy
 from mathutils import Matrix, Vector
@@ -370,7 +371,9 @@ def main():
         scene.cycles.samples = run["samples"]
         scene.cycles.seed = run["seed"]
         scene.render.filepath = run["image"]
+        before = time.process_time()
         bpy.ops.render.render(write_still=True)
+        print(f"\nrendered in {time.process_time() - before:.6f}", flush=True)
 
 
 main()

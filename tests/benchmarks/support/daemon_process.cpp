@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <stdexcept>
 #include <string>
 
@@ -45,6 +46,14 @@ DaemonProcess::~DaemonProcess() {
   waitpid(process_, nullptr, 0);
   std::error_code ignored;
   std::filesystem::remove_all(data_, ignored);
+}
+
+double DaemonProcess::cpu_seconds() const {
+  clockid_t clock;
+  timespec spent;
+  if (clock_getcpuclockid(process_, &clock) != 0 || clock_gettime(clock, &spent) != 0)
+    throw std::runtime_error("the daemon has ended");
+  return static_cast<double>(spent.tv_sec) + 1e-9 * static_cast<double>(spent.tv_nsec);
 }
 
 }  // namespace tessera::bench

@@ -21,6 +21,9 @@ class DaemonProcess {
 
   const client::ServerAddress& address() const { return address_; }
 
+  /// What processors have spent on it by now, all its threads together.
+  double cpu_seconds() const;
+
  private:
   pid_t process_ = -1;
   std::filesystem::path data_;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,13 +14,14 @@
 
 namespace tessera::bench {
 
-/// An image, and how long rendering it took: without parsing, preparing and encoding.
+/// An image, and the processor seconds that rendering it took, on all threads: other work on the machine counts little.
+/// Reading the scene, building structures of it and encoding don't belong to it.
 struct Rendered {
   FloatImage image;
   double seconds = 0;
 };
 
-/// Our own daemon, which keeps scenes and structures from job to job.
+/// Our own daemon, which keeps scenes and structures from job to job: the first one over a scene takes longer.
 class Tessera {
  public:
   /// `folder` is where the scenes' meshes are.
@@ -28,10 +30,14 @@ class Tessera {
   /// Renders by the path tracer, with `settings` beside those that the scene sets. `stats` and `status` get
   /// the job's where they aren't null. Throws when the job fails.
   Rendered render(const LightScene& scene, nlohmann::json settings, nlohmann::json* stats = nullptr,
-                  proto::JobStatus* status = nullptr) const;
+                  proto::JobStatus* status = nullptr);
 
  private:
+  /// The hash of a scene that has been posted.
+  std::string known(const LightScene& scene);
+
   std::filesystem::path folder_;
+  std::map<std::string, std::string> hashes_;  ///< By the scene's name.
   DaemonProcess daemon_;
   client::Client client_;
 };

@@ -114,7 +114,7 @@ class DirectLight {
   std::vector<std::uint8_t> hidden_;
 };
 
-double seconds_a_sample(const Tessera& tessera, const LightScene& scene) {
+double seconds_a_sample(Tessera& tessera, const LightScene& scene) {
   tessera.render(scene, {{"samples", 1}});  // builds the structure
   Samples seconds;
   for (int i = 0; i < kRepetitions; ++i)
@@ -140,7 +140,7 @@ double error_ratio(const LightScene& scene, const std::filesystem::path& folder)
 
 }  // namespace
 
-void measure_many_lights(Report& report, const std::filesystem::path& folder, const Tessera& tessera) {
+void measure_many_lights(Report& report, const std::filesystem::path& folder, Tessera& tessera) {
   const LightScene many = lamp_scene(folder, kTriangles), one = lamp_scene(folder, 0);
   const double many_seconds = seconds_a_sample(tessera, many), one_seconds = seconds_a_sample(tessera, one);
   const double ratio = error_ratio(many, folder);

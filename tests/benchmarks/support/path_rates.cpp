@@ -39,7 +39,7 @@ std::map<std::string, double> kernel_mrays(const KernelScene& scene) {
 }  // namespace
 
 void measure_path_rates(Report& report, const LightScene& scene, const std::filesystem::path& folder,
-                        const Tessera& one_thread) {
+                        Tessera& one_thread) {
   const auto kernel = kernel_mrays(kernel_scene_of(scene, folder));
   one_thread.render(scene, {{"samples", 1}});  // builds the structure
   Samples path, share;

@@ -11,6 +11,6 @@ namespace tessera::bench {
 /// kind: camera rays by tiles, diffuse ones, and shadow rays to a point (`kernel_rays`). `folder` has the scene's
 /// meshes, and `one_thread` renders it.
 void measure_path_rates(Report& report, const LightScene& scene, const std::filesystem::path& folder,
-                        const Tessera& one_thread);
+                        Tessera& one_thread);
 
 }  // namespace tessera::bench

@@ -1,12 +1,19 @@
 #include "server/job.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <ctime>
 
 namespace tessera::server {
 namespace {
+
+constexpr std::array kRays{&RayCounts::camera,        &RayCounts::camera_hits, &RayCounts::reflection,
+                           &RayCounts::refraction,    &RayCounts::shadow,      &RayCounts::scattered,
+                           &RayCounts::camera_skipped};
+static_assert(sizeof(RayCounts) == kRays.size() * sizeof(std::uint64_t), "every member is told");
 
 std::string rfc3339(std::chrono::system_clock::time_point time) {
   const auto since_epoch = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
@@ -73,12 +80,7 @@ void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::Job
 }  // namespace
 
 void Progress::add(const Done& done, const Done& before) {
-  camera_ += done.rays.camera - before.rays.camera;
-  camera_hits_ += done.rays.camera_hits - before.rays.camera_hits;
-  reflection_ += done.rays.reflection - before.rays.reflection;
-  refraction_ += done.rays.refraction - before.rays.refraction;
-  shadow_ += done.rays.shadow - before.rays.shadow;
-  camera_skipped_ += done.rays.camera_skipped - before.rays.camera_skipped;
+  for (std::size_t i = 0; i < rays_.size(); ++i) rays_[i] += done.rays.*kRays[i] - before.rays.*kRays[i];
   volume_tests_ += done.tests.volume_tests - before.tests.volume_tests;
   volume_hits_ += done.tests.volume_hits - before.tests.volume_hits;
   object_tests_ += done.tests.object_tests - before.tests.object_tests;
@@ -89,12 +91,7 @@ void Progress::add(const Done& done, const Done& before) {
 
 RayCounts Progress::rays() const {
   RayCounts counts;
-  counts.camera = camera_;
-  counts.camera_hits = camera_hits_;
-  counts.reflection = reflection_;
-  counts.refraction = refraction_;
-  counts.shadow = shadow_;
-  counts.camera_skipped = camera_skipped_;
+  for (std::size_t i = 0; i < rays_.size(); ++i) counts.*kRays[i] = rays_[i];
   return counts;
 }
 

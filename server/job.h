@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -48,8 +49,8 @@ class Progress {
   PassReport passes() const;
 
  private:
-  std::atomic<std::uint64_t> camera_{0}, camera_hits_{0}, reflection_{0}, refraction_{0}, shadow_{0};
-  std::atomic<std::uint64_t> camera_skipped_{0}, samples_{0}, tiles_{0};
+  std::array<std::atomic<std::uint64_t>, sizeof(RayCounts) / sizeof(std::uint64_t)> rays_{};  ///< Member by member.
+  std::atomic<std::uint64_t> samples_{0}, tiles_{0};
   std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
   mutable std::mutex passes_mutex_;
   PassReport passes_;  ///< Guarded by the mutex.

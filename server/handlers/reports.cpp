@@ -130,6 +130,7 @@ json stats_json(const JobView& job, unsigned threads) {
         {"reflection", rays.reflection},
         {"refraction", rays.refraction},
         {"shadow", rays.shadow},
+        {"scattered", rays.scattered},
         {"total", rays.traced()}}},
       {"tests", tests_json(job, rays.traced())},
       {"skipped",

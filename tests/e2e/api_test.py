@@ -310,6 +310,20 @@ class ApiTest(unittest.TestCase):
         status = self.daemon.status(job)
         self.assertEqual((status["tiles_done"], status["samples_done"]), (64, 64 * 64 * 2))
 
+    def test_rays_of_all_kinds_make_the_total(self):
+        for integrator in ["whitted", "direct", "path", "ambient_occlusion"]:
+            with self.subTest(integrator):
+                scene = {"objects": SPHERE["objects"], "background": [1, 1, 1]}
+                settings = {"integrator": integrator, "samples": 4, "count_tests": True}
+                job = self.render({"scene": scene, "image": {"width": 16, "height": 16}, "settings": settings})
+                stats = self.get(f"/v1/jobs/{job}/stats").json()
+                rays = stats["rays"]
+                kinds = ["camera", "reflection", "refraction", "shadow", "scattered"]
+                self.assertEqual(rays["total"], sum(rays[kind] for kind in kinds))
+                self.assertEqual(stats["tests"]["rays"], rays["total"])
+                # Under a bright sky, a path goes on from what it meets.
+                self.assertEqual(rays["scattered"] > 0, integrator in ["direct", "path"])
+
     def test_a_scene_is_framed_whatever_the_images_aspect(self):
         cameras = [{}, {"camera": {"type": "orthographic"}}, {"camera": {"type": "perspective", "direction": [1, 0, 1]}}]
         for camera in cameras:

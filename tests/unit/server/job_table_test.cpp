@@ -246,6 +246,24 @@ TEST(JobTable, ShuttingDownCancelsAndAdmitsNoMore) {
   EXPECT_EQ(table.add(order()).problem().code, ProblemCode::shutting_down);
 }
 
+TEST(Progress, AddsUpEveryKindOfRay) {
+  const auto counts = [](std::uint64_t scale) {
+    RayCounts rays;
+    rays.camera = 1 * scale;
+    rays.camera_hits = 2 * scale;
+    rays.reflection = 3 * scale;
+    rays.refraction = 4 * scale;
+    rays.shadow = 5 * scale;
+    rays.scattered = 6 * scale;
+    rays.camera_skipped = 7 * scale;
+    return rays;
+  };
+  Progress progress;
+  progress.add({counts(10), {}, 0}, {});
+  progress.add({counts(100), {}, 0}, {counts(10), {}, 0});
+  EXPECT_EQ(progress.rays(), counts(100));
+}
+
 TEST(JobStatus, TellsProgressAndWhatIsLeft) {
   JobTable table(kRoomy);
   const auto admitted = table.add(order());

@@ -21,8 +21,8 @@ double ErrorCurve::slope() const {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
   for (const ErrorPoint& point : points) {
     if (point.samples < kFirstFitted) continue;
-    const double seconds = std::log(point.seconds), rmse = 0.5 * std::log(point.relative_mse);
-    n += 1, x += seconds, y += rmse, xx += seconds * seconds, xy += seconds * rmse;
+    const double samples = std::log(point.samples), rmse = 0.5 * std::log(point.relative_mse);
+    n += 1, x += samples, y += rmse, xx += samples * samples, xy += samples * rmse;
   }
   return n < 3 ? std::nan("") : (n * xy - x * y) / (n * xx - x * x);
 }

@@ -40,8 +40,8 @@ struct ErrorCurve {
   std::vector<ErrorPoint> points;
 
   const ErrorPoint* at(std::uint32_t samples) const;
-  /// Of the line through log RMSE over log seconds, fitted to the points of at least `kFirstFitted` samples, and the
-  /// error of that: NaN with fewer than three points, or where an error vanishes.
+  /// Of the line through log RMSE over log samples, fitted to the points of at least `kFirstFitted` samples; NaN with
+  /// fewer than three points, or where an error vanishes. Seconds grow with samples, but for the noise of the clock.
   double slope() const;
   nlohmann::json to_json() const;
 };

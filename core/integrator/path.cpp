@@ -52,7 +52,7 @@ struct PathTracer::Vertex {
   Vec3 origin;        ///< Of rays that stay on the viewer's side.
 };
 
-PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable& lights,
+PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable* lights,
                        const Sampler& sampler, const Options& options, RayCounts& counts, TraceLog log)
     : scene_(scene),
       accel_(accel),
@@ -156,29 +156,30 @@ void PathTracer::add_escaped(const Path& path, Vec3 direction) {
     out_.covered[path.sum] = 1 - path.throughput.g;
     if (options_.hides_background) return;
   }
-  Rgb radiance = lights_.escaped(direction);
+  if (!lights_) return;
+  Rgb radiance = lights_->escaped(direction);
   if (radiance.is_black()) return;
-  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_.pdf_escaped(path.from_normal, direction));
+  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_->pdf_escaped(path.from_normal, direction));
   add(path.sum, path.throughput * radiance);
 }
 
 void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
   const Vec3 direction = -at.shading.to_viewer;
   const SurfacePoint& surface = at.shading.surface;
-  Rgb radiance = lights_.emitted(at.primitive, direction, surface.geometric_normal);
+  Rgb radiance = lights_->emitted(at.primitive, direction, surface.geometric_normal);
   if (radiance.is_black()) return;
   if (path.pdf > 0)
     radiance = radiance *
-               mis_weight(path.pdf, lights_.pdf_hit(path.from, path.from_normal, direction, at.primitive,
-                                                    length(surface.position - path.from), surface.geometric_normal));
+               mis_weight(path.pdf, lights_->pdf_hit(path.from, path.from_normal, direction, at.primitive,
+                                                     length(surface.position - path.from), surface.geometric_normal));
   add(path.sum, path.throughput * radiance * share);
 }
 
 void PathTracer::sample_light(const Path& path, const Vertex& at) {
-  if (lights_.empty() || !has_smooth_lobes(at.bsdf)) return;
-  const float pick = lights_.count() == 1 ? 0 : path.numbers.one(dimension(vertex_, Decision::light_pick));
-  const auto light = lights_.sample(at.shading.surface.position, at.light_normal, pick,
-                                    path.numbers.two(dimension(vertex_, Decision::light)));
+  if (!lights_ || lights_->empty() || !has_smooth_lobes(at.bsdf)) return;
+  const float pick = lights_->count() == 1 ? 0 : path.numbers.one(dimension(vertex_, Decision::light_pick));
+  const auto light = lights_->sample(at.shading.surface.position, at.light_normal, pick,
+                                     path.numbers.two(dimension(vertex_, Decision::light)));
   if (!light) return;
   const Vec3 wi = at.frame.to_local(light->to_light);
   const BsdfValue value = evaluate(at.bsdf, at.to_viewer, wi);
@@ -188,7 +189,7 @@ void PathTracer::sample_light(const Path& path, const Vertex& at) {
   const float weight = (light->is_delta ? 1 : mis_weight(light->pdf, value.pdf)) / light->pdf;
   const Rgb radiance = path.throughput * value.f_cos * light->radiance * weight;
   if (radiance.is_black()) return;
-  Ray ray = lights_.shadow_ray(*light, way->origin);
+  Ray ray = lights_->shadow_ray(*light, way->origin);
   ray.leaves = way->leaves;
   shadows_.add(ray, radiance, path.sum);
 }
@@ -206,7 +207,7 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
     return false;
   if (path.throughput.is_black()) return false;
   const auto way = leaving(at, at.frame.to_world(chosen->wi), !chosen->transmits);
-  if (!way || (is_last && !has_sky_ && !lights_.may_meet(*way))) return false;
+  if (!way || (is_last && !has_sky_ && !lights_->may_meet(*way))) return false;
   ray = *way;
   path.pdf = chosen->is_delta ? 0 : chosen->pdf;
   path.from = at.shading.surface.position;

@@ -30,8 +30,8 @@ class PathTracer final : public Integrator {
     bool hides_background = false;  ///< What the camera sees of it directly is black.
   };
 
-  /// `features` are the scene's. All have to outlive this.
-  PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable& lights,
+  /// `features` are the scene's; `lights` is null where it has none. All have to outlive this.
+  PathTracer(const Scene& scene, const Features& features, const Accel* accel, const LightTable* lights,
              const Sampler& sampler, const Options& options, RayCounts& counts, TraceLog log = {});
 
   std::size_t batch_size() const override { return 8192; }
@@ -72,7 +72,7 @@ class PathTracer final : public Integrator {
 
   const Scene& scene_;
   const Accel* accel_;
-  const LightTable& lights_;
+  const LightTable* lights_;
   const Sampler& sampler_;
   Options options_;
   bool has_alpha_;

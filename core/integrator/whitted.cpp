@@ -37,11 +37,7 @@ Whitted::Whitted(const Scene& scene, const Features& features, const Accel& acce
       max_depth_(max_depth),
       counts_(counts),
       log_(log),
-      direct_light_(accel, counts, log) {
-  surfaces_.reserve(scene.materials.size());
-  for (const Material& material : scene.materials)
-    surfaces_.push_back(whitted_surface(material.surface).value_or(WhittedSurface{}));
-}
+      direct_light_(accel, counts, log) {}
 
 void Whitted::begin(std::span<const SampleId>, RaySpan rays, std::span<const Hit> hits, Output out) {
   if (camera_chains_.size() < rays.size()) camera_chains_.resize(rays.size());
@@ -100,8 +96,18 @@ void Whitted::leave() {
   }
 }
 
-void Whitted::shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const {
-  const WhittedSurface& material = surfaces_[scene_.objects[hit.object].material];
+/// A tracer is made for each tile, and a scene may have more materials than a tile has pixels: so none is copied that
+/// is Whitted's already, and none converted that no ray meets.
+const WhittedSurface& Whitted::surface_of(std::uint32_t material) {
+  const Surface& surface = scene_.materials[material].surface;
+  if (const auto* own = std::get_if<WhittedSurface>(&surface)) return *own;
+  const auto [found, is_new] = converted_.try_emplace(material);
+  if (is_new) found->second = whitted_surface(surface).value_or(WhittedSurface{});
+  return found->second;
+}
+
+void Whitted::shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) {
+  const WhittedSurface& material = surface_of(scene_.objects[hit.object].material);
   const bool spawns =
       depth_ < max_depth_ && chain.most_below > 0 && !(material.reflect.is_black() && material.transmit.is_black());
   LitPoint& point = level.points.emplace_back();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "core/accel/accel.h"
@@ -81,13 +82,14 @@ class Whitted final : public Integrator {
 
   void enter(RaySpan rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
   void leave();
-  void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) const;
+  void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level);
+  const WhittedSurface& surface_of(std::uint32_t material);
   static void spawn(const WhittedSurface& material, const Shading& at, const LitPoint& point, const Chain& chain,
                     Level& level);
   void trace(Spawned& spawned);
 
   const Scene& scene_;
-  std::vector<WhittedSurface> surfaces_;  ///< By material.
+  std::unordered_map<std::uint32_t, WhittedSurface> converted_;  ///< By material: those met that aren't Whitted's own.
   bool casts_shadows_;
   const Accel& accel_;
   std::uint32_t max_depth_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/light/emissive_surface.h"
 #include "core/math/portable_float.h"
@@ -62,11 +63,11 @@ std::optional<LightSample> sample_light(const Light& light, Vec3d from) {
 
 }  // namespace
 
-LightTable::LightTable(const Scene& scene)
-    : scene_(scene),
-      far_(scene),
-      first_(scene.objects.size(), kNone),
-      errors_(scene.objects.size()),
+LightTable::LightTable(std::shared_ptr<const Scene> scene)
+    : scene_(std::move(scene)),
+      far_(*scene_),
+      first_(scene_->objects.size(), kNone),
+      errors_(scene_->objects.size()),
       near_(gather_near()),
       far_share_(far_.size() == 0    ? 0
                  : near_.size() == 0 ? 1
@@ -77,9 +78,9 @@ LightTable::LightTable(const Scene& scene)
 void LightTable::gather_emitters() {
   constexpr std::size_t kMostBoxes = 8;
   constexpr float kRoom = 0x1p-10F;
-  for (const Object& object : scene_.objects) {
-    if (scene_.materials[object.material].emission.is_black()) continue;
-    Aabb box = world_bounds(scene_, object);
+  for (const Object& object : scene_->objects) {
+    if (scene_->materials[object.material].emission.is_black()) continue;
+    Aabb box = world_bounds(*scene_, object);
     if (box.empty()) continue;
     const Vec3 room = max(abs(box.lo), abs(box.hi)) * kRoom;
     emitters_.push_back({box.lo - room, box.hi + room});
@@ -115,16 +116,16 @@ LightTree LightTable::gather_near() {
     sources_.push_back(source);
     bounds.push_back(light);
   };
-  for (std::uint32_t i = 0; i < scene_.lights.size(); ++i) {
-    const auto* point = std::get_if<PointLight>(&scene_.lights[i]);
-    const auto* spot = std::get_if<SpotLight>(&scene_.lights[i]);
+  for (std::uint32_t i = 0; i < scene_->lights.size(); ++i) {
+    const auto* point = std::get_if<PointLight>(&scene_->lights[i]);
+    const auto* spot = std::get_if<SpotLight>(&scene_->lights[i]);
     if (point && point->falls_off) add({kNone, i}, bounds_of(*point));
     if (spot) add({kNone, i}, bounds_of(*spot));
   }
-  for (std::uint32_t i = 0; i < scene_.objects.size(); ++i) {
-    const Object& object = scene_.objects[i];
-    const Shape& shape = scene_.shapes[object.shape];
-    const Material& material = scene_.materials[object.material];
+  for (std::uint32_t i = 0; i < scene_->objects.size(); ++i) {
+    const Object& object = scene_->objects[i];
+    const Shape& shape = scene_->shapes[object.shape];
+    const Material& material = scene_->materials[object.material];
     const double radiance = mean(material.emission) * material.alpha;
     if (!(radiance > 0) || !can_be_sampled(shape)) continue;
     first_[i] = static_cast<std::uint32_t>(sources_.size());
@@ -134,7 +135,7 @@ LightTree LightTable::gather_near() {
       for (std::uint32_t t = 0; t < mesh->triangles.size(); ++t) triangles_.push_back(world_triangle(object, *mesh, t));
     }
     for (std::uint32_t primitive = 0; primitive < primitive_count(shape); ++primitive)
-      add({i, primitive}, surface_bounds(scene_, {i, primitive}, radiance, material.emits_both_sides));
+      add({i, primitive}, surface_bounds(*scene_, {i, primitive}, radiance, material.emits_both_sides));
   }
   return LightTree(bounds);
 }
@@ -162,13 +163,13 @@ std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, doub
   const auto [light, probability] = near_.pick(from, normal, pick);
   const PrimitiveId source = sources_[light];
   if (source.object == kNone) {
-    auto found = sample_light(scene_.lights[source.primitive], from);
+    auto found = sample_light(scene_->lights[source.primitive], from);
     if (found) found->pdf = static_cast<float>(probability);
     return found;
   }
-  const Material& material = scene_.materials[scene_.objects[source.object].material];
+  const Material& material = scene_->materials[scene_->objects[source.object].material];
   const WorldTriangle* triangle = triangle_of(light);
-  const auto found = triangle ? sample_surface(*triangle, from, u) : sample_surface(scene_, source, from, u);
+  const auto found = triangle ? sample_surface(*triangle, from, u) : sample_surface(*scene_, source, from, u);
   if (!found || !(found->front || material.emits_both_sides)) return std::nullopt;
   const double distance = length(found->way);
   return LightSample{to_float(found->way / distance),
@@ -198,17 +199,17 @@ float LightTable::end_at(PrimitiveId primitive, const Ray& ray) const {
     const double error = 16 * kUnitRoundoff * (placed.condition * reach + placed.offset);
     if (const auto t = t_before(*triangle, ray, error)) return *t;
   }
-  return t_near_one(scene_, primitive, ray).value_or(1);
+  return t_near_one(*scene_, primitive, ray).value_or(1);
 }
 
 const WorldTriangle* LightTable::triangle_of(std::uint32_t source) const {
   if (source >= triangles_.size() || sources_[source].object == kNone) return nullptr;
-  const Shape& shape = scene_.shapes[scene_.objects[sources_[source].object].shape];
+  const Shape& shape = scene_->shapes[scene_->objects[sources_[source].object].shape];
   return std::holds_alternative<TriangleMesh>(shape) ? &triangles_[source] : nullptr;
 }
 
 Rgb LightTable::emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const {
-  const Material& material = scene_.materials[scene_.objects[primitive.object].material];
+  const Material& material = scene_->materials[scene_->objects[primitive.object].material];
   const bool front = dot(to_double(direction), geometric_normal) < 0;
   return front || material.emits_both_sides ? material.emission : Rgb{};
 }
@@ -221,7 +222,7 @@ float LightTable::pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId p
   if (probability == 0) return 0;
   const WorldTriangle* triangle = triangle_of(first + primitive.primitive);
   const double pdf = triangle ? surface_pdf(*triangle, direction, distance)
-                              : surface_pdf(scene_, primitive, from, direction, distance, geometric_normal);
+                              : surface_pdf(*scene_, primitive, from, direction, distance, geometric_normal);
   return static_cast<float>(std::min(pdf * probability * (1 - far_share_), double{std::numeric_limits<float>::max()}));
 }
 

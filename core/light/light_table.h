@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -34,10 +35,10 @@ struct LightSample {
 ///
 /// Densities are those of the one sample that `sample` gives. `normal`, the shading normal, is unit where only light
 /// from its side counts (a surface that lets nothing pass), and zero otherwise; `from` is the same point for `sample`
-/// and `pdf_hit`. Immutable, safe from any thread. Must not outlive the scene.
+/// and `pdf_hit`. Immutable, safe from any thread.
 class LightTable {
  public:
-  explicit LightTable(const Scene& scene);
+  explicit LightTable(std::shared_ptr<const Scene> scene);
 
   /// Whether there is nothing to sample.
   bool empty() const { return count() == 0; }
@@ -76,7 +77,7 @@ class LightTable {
   std::optional<LightSample> sample_far(Vec3 normal, double pick, Vec2 u) const;
   std::optional<LightSample> sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const;
 
-  const Scene& scene_;
+  std::shared_ptr<const Scene> scene_;
   InfiniteLights far_;
   float end_at(PrimitiveId primitive, const Ray& ray) const;
   /// A mesh's triangle, as it lies in the world.

@@ -94,6 +94,10 @@ IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features)
   return features.only_whitted ? IntegratorKind::whitted : IntegratorKind::path;
 }
 
+bool traces_paths(IntegratorKind integrator) {
+  return integrator == IntegratorKind::path || integrator == IntegratorKind::direct;
+}
+
 bool is_black(const EnvironmentLight& light) {
   return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
 }

@@ -30,6 +30,9 @@ Features features_of(const Scene& scene);
 /// The integrator that renders a scene with these features when `asked` is asked for: never `automatic`.
 IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features);
 
+/// Whether it is `path`, or `path` with short chains: what knows all lights.
+bool traces_paths(IntegratorKind integrator);
+
 /// Rays in a chain of `IntegratorKind::direct`: to what is seen, and from there to a light.
 inline constexpr std::uint32_t kDirectDepth = 2;
 

@@ -124,7 +124,7 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
     skip_feature("reflection_rays", has.reflection, "the feature: no material in use reflects");
     skip_feature("refraction_rays", has.refraction, "the feature: no material in use transmits");
   }
-  if (plan.integrator == IntegratorKind::path || plan.integrator == IntegratorKind::direct) {
+  if (traces_paths(plan.integrator)) {
     skip_feature("light_samples", has.lights > 0 && has.rough_surfaces,
                  has.lights > 0 ? "the feature: all surfaces are smooth, so that no light is sampled"
                                 : "the feature: there is no light to sample");
@@ -141,6 +141,12 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
 
 bool needs_structure(const Plan& plan) {
   return std::ranges::any_of(plan.tiling.tiles, [](const Tile& t) { return t.first_level != FirstLevel::nothing; });
+}
+
+bool needs_lights(const Plan& plan) {
+  const Features& has = plan.features;
+  const bool looks = needs_structure(plan) || !has.even_sky;
+  return traces_paths(plan.integrator) && looks && (has.lights > 0 || has.emitters || has.sky);
 }
 
 Plan make_plan(const Scene& scene, const Camera& camera, const Settings& settings) {

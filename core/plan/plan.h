@@ -37,6 +37,10 @@ struct Plan {
 /// Whether any tile traces a ray; without one, no structure has to be built.
 bool needs_structure(const Plan& plan);
 
+/// Whether a path is traced, or its background looked up by direction, in a scene with any light; without that, no
+/// table of lights has to be built.
+bool needs_lights(const Plan& plan);
+
 Plan make_plan(const Scene& scene, const Camera& camera, const Settings& settings);
 
 }  // namespace tessera

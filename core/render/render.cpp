@@ -7,9 +7,8 @@
 namespace tessera {
 namespace {
 
-std::shared_ptr<const LightTable> lights_for(const Plan& plan, const Scene& scene) {
-  const bool asks = plan.integrator == IntegratorKind::path || plan.integrator == IntegratorKind::direct;
-  return asks ? std::make_shared<const LightTable>(scene) : nullptr;
+std::shared_ptr<const LightTable> lights_for(const Plan& plan, const std::shared_ptr<const Scene>& scene) {
+  return needs_lights(plan) ? std::make_shared<const LightTable>(scene) : nullptr;
 }
 
 }  // namespace
@@ -23,7 +22,7 @@ RenderContext::RenderContext(std::shared_ptr<const Scene> of, std::shared_ptr<co
       rays(camera),
       sampler({plan.sampler, settings.seed, settings.samples, settings.jitter, measures_error(settings) ? 2U : 1U}),
       filter(settings.filter, settings.filter_width),
-      lights(lights_for(plan, *scene)) {}
+      lights(lights_for(plan, scene)) {}
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, PassWork work,
                                       std::stop_token stop) {

@@ -36,7 +36,7 @@ struct RenderContext {
   CameraRays rays;
   Sampler sampler;
   PixelFilter filter;
-  std::shared_ptr<const LightTable> lights;       ///< Null where the integrator asks for none.
+  std::shared_ptr<const LightTable> lights;       ///< Null where the plan needs none (`needs_lights`).
   std::shared_ptr<ObjectMarks> tested = nullptr;  ///< Told which objects are tested; null when nobody asks.
   std::shared_ptr<ChunkSize> chunk = std::make_shared<ChunkSize>(64);
 };

@@ -39,9 +39,9 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
                                                 context.settings.ambient_occlusion_reach, counts, log);
     case IntegratorKind::direct:
     case IntegratorKind::path:
-      return std::make_unique<PathTracer>(scene, plan.features, context.accel.get(), *context.lights, context.sampler,
-                                          PathTracer::Options{plan.max_depth, context.settings.transparent}, counts,
-                                          log);
+      return std::make_unique<PathTracer>(
+          scene, plan.features, context.accel.get(), context.lights.get(), context.sampler,
+          PathTracer::Options{plan.max_depth, context.settings.transparent}, counts, log);
   }
   return nullptr;
 }
@@ -49,9 +49,9 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
 /// What a ray brings that hits nothing, wherever it goes; nothing where that depends on its direction.
 std::optional<Rgb> even_background(const RenderContext& context) {
   if (context.settings.transparent) return Rgb();
-  if (!context.lights) return context.scene->background;
+  if (!traces_paths(context.plan.integrator)) return context.scene->background;
   if (!context.plan.features.even_sky) return std::nullopt;
-  return context.lights->escaped(UnitVec3::z());
+  return environment_of(*context.scene).radiance;
 }
 
 Rgb clamped(Rgb c, float most) { return {std::min(c.r, most), std::min(c.g, most), std::min(c.b, most)}; }

@@ -28,7 +28,7 @@ class ShadedPoint {
  public:
   ShadedPoint(std::shared_ptr<const Scene> scene, const Ray& ray)
       : scene_(std::move(scene)),
-        lights_(*scene_),
+        lights_(scene_),
         accel_(make_accel(scene_, {AccelKind::brute})),
         hit_(accel_->closest(ray).value()),
         shading_(world_surface(*scene_, hit_.object, hit_.primitive, ray, hit_.t), ray.direction),

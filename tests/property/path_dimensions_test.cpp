@@ -71,7 +71,7 @@ std::shared_ptr<const Scene> scene_of_everything() {
 TEST(PathDimensions, NoneIsDrawnTwiceWhateverThePathMeets_Stress66) {
   const auto scene = scene_of_everything();
   const auto accel = make_accel(scene, {AccelKind::bvh});
-  const LightTable lights(*scene);
+  const LightTable lights(scene);
   const RecordingSampler sampler(Sampler({.kind = SamplerKind::sobol, .replicates = 2}));
   std::vector<SampleId> samples;
   std::vector<Ray> rays;
@@ -85,7 +85,7 @@ TEST(PathDimensions, NoneIsDrawnTwiceWhateverThePathMeets_Stress66) {
   std::vector<Rgb> radiance(rays.size());
   std::vector<float> covered(rays.size(), 1);
   RayCounts counts;
-  RecordedPathTracer tracer(*scene, features_of(*scene), accel.get(), lights, sampler, {.max_depth = 40}, counts);
+  RecordedPathTracer tracer(*scene, features_of(*scene), accel.get(), &lights, sampler, {.max_depth = 40}, counts);
   tracer.begin(samples, rays, hits, {radiance, covered});
   while (tracer.go_on()) {
   }

@@ -26,7 +26,7 @@ constexpr int kRepetitions = 3;
 class DirectLight {
  public:
   explicit DirectLight(std::shared_ptr<const Scene> scene)
-      : scene_(std::move(scene)), table_(*scene_), random_(1), shadow_rays_(kPixels), sent_(kPixels), hidden_(kPixels) {
+      : scene_(std::move(scene)), table_(scene_), random_(1), shadow_rays_(kPixels), sent_(kPixels), hidden_(kPixels) {
     Settings settings;
     settings.width = settings.height = kLightSide;
     accel_ = make_accel(scene_, make_plan(*scene_, *scene_->camera, settings).accel);

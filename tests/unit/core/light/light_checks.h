@@ -139,12 +139,13 @@ class DirectionCells {
 /// That the table samples directions as it claims: by a χ² test of 10⁶ of them over the cells, and by comparing what it
 /// tells of one and the same direction. Cells that hold an edge of the light count as one. With `all_there` every
 /// sample finds light.
-inline void expect_sampled_as_claimed(const Scene& scene, Vec3 from, Vec3 normal, const DirectionCells& cells,
-                                      bool all_there = true) {
+inline void expect_sampled_as_claimed(const std::shared_ptr<const Scene>& of, Vec3 from, Vec3 normal,
+                                      const DirectionCells& cells, bool all_there = true) {
   constexpr int kSamples = 1'000'000, kCompared = 20'000;
   // Where a curved surface is seen nearly edge-on, the rounding of a direction moves the point that it meets a lot.
   constexpr double kGrazing = 0.02;
-  const LightTable table(scene);
+  const Scene& scene = *of;
+  const LightTable table(of);
   std::vector<double> observed(DirectionCells::kCount + 2), expected(DirectionCells::kCount + 2);
   double& at_edges = observed[DirectionCells::kCount];
   double& failed = observed[DirectionCells::kCount + 1];

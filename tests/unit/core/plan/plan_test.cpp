@@ -66,5 +66,27 @@ TEST(Plan, NeedsNoStructureWhereNothingProjects) {
   EXPECT_TRUE(needs_structure(make_plan(*behind, mixed_camera(), off)));
 }
 
+TEST(Plan, NeedsLightsOnlyWhereAnyMayBeSeen) {
+  const auto plan_of = [](IntegratorKind integrator, Vec3 at, Rgb background, const std::optional<Light>& light) {
+    SceneBuilder b;
+    b.add(Sphere{at, 1}).background(background);
+    if (light) b.light(*light);
+    Settings settings;
+    settings.integrator = integrator;
+    return make_plan(*b.build(), mixed_camera(), settings);
+  };
+  const Vec3 seen{0, 0, 0}, behind{0, 0, 50};
+  const Light lamp = PointLight{{0, 5, 0}, {1, 1, 1}}, sun = SunLight{.irradiance = {1, 1, 1}};
+  for (const auto path : {IntegratorKind::path, IntegratorKind::direct}) {
+    EXPECT_TRUE(needs_lights(plan_of(path, seen, {}, lamp)));
+    EXPECT_TRUE(needs_lights(plan_of(path, seen, {1, 1, 1}, {})));
+    EXPECT_FALSE(needs_lights(plan_of(path, seen, {}, {}))) << "there is none";
+    EXPECT_FALSE(needs_lights(plan_of(path, behind, {1, 1, 1}, lamp))) << "all is one background";
+    EXPECT_TRUE(needs_lights(plan_of(path, behind, {}, sun))) << "the background has a sun in it";
+  }
+  EXPECT_FALSE(needs_lights(plan_of(IntegratorKind::whitted, seen, {}, lamp)));
+  EXPECT_FALSE(needs_lights(plan_of(IntegratorKind::ambient_occlusion, seen, {1, 1, 1}, {})));
+}
+
 }  // namespace
 }  // namespace tessera

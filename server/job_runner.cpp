@@ -1,5 +1,6 @@
 #include "server/job_runner.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
@@ -22,6 +23,15 @@ constexpr std::chrono::milliseconds kTurn{30};
 
 /// Short enough for a string that takes no memory.
 constexpr const char* kOutOfMemory = "out of memory";
+
+/// Whether no sample of a pixel can differ from another: nothing is drawn for any, or nothing is to be seen but a sky
+/// that is the same everywhere.
+bool is_noiseless(const RenderContext& context) {
+  const Plan& plan = context.plan;
+  const auto is_empty = [](const Tile& tile) { return tile.first_level == FirstLevel::nothing; };
+  if (std::ranges::all_of(plan.tiling.tiles, is_empty)) return context.settings.transparent || plan.features.even_sky;
+  return plan.integrator == IntegratorKind::whitted && !context.settings.jitter && !context.rays.has_lens();
+}
 
 }  // namespace
 
@@ -169,7 +179,7 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   for (const Tile& tile : run->context->plan.tiling.tiles) tiles.push_back(tile.rect);
   const Settings& settings = run->settings;
   run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, std::move(tiles));
-  run->passes.emplace(settings);
+  run->passes.emplace(settings, is_noiseless(*run->context));
   run->job.progress->set_passes(run->passes->report());
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
   run->rendering = std::chrono::steady_clock::now();

@@ -23,7 +23,8 @@ struct Convergence {
 };
 
 /// From the two halves of every pixel's samples, which are independent of each other; `done` says how many there are.
-/// Nothing where a pixel has less than two. Costs some hundred operations a pixel. Pure.
+/// Nothing where a pixel has less than two. All zero where the halves are equal everywhere: that isn't known to be
+/// small then, but not known. Costs some hundred operations a pixel. Pure.
 std::optional<Convergence> measure(const Sums& sums, const Pass& done);
 
 /// How many samples each block's pixels ought to have, so that `budget` more of them, counted over all pixels, make the

@@ -1,6 +1,7 @@
 #include "core/film/passes.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -8,7 +9,7 @@ namespace tessera {
 namespace {
 
 /// Samples that every pixel has, and the image, before its error is believed: in few of them, what is rare and bright
-/// may not have been seen anywhere.
+/// may not have been seen anywhere. That holds for images that are to have no more of them as well.
 constexpr std::uint64_t kSafePerPixel = 16;
 constexpr std::uint64_t kSafeInAll = 1 << 18;
 
@@ -27,7 +28,7 @@ std::uint64_t pixels_of(const Settings& settings) { return std::uint64_t{setting
 /// A pixel's part of those.
 std::uint64_t safe_samples(const Settings& settings) {
   const std::uint64_t pixels = pixels_of(settings);
-  return std::min<std::uint64_t>(settings.samples, std::max(kSafePerPixel, (kSafeInAll + pixels - 1) / pixels));
+  return std::max(kSafePerPixel, (kSafeInAll + pixels - 1) / pixels);
 }
 
 std::uint64_t capped(double samples, std::uint64_t most) {
@@ -36,8 +37,10 @@ std::uint64_t capped(double samples, std::uint64_t most) {
 
 }  // namespace
 
-Passes::Passes(const Settings& settings)
-    : settings_(settings), pass_(std::make_shared<const Pass>(settings.width, settings.height, SampleRange{0, 1})) {
+Passes::Passes(const Settings& settings, bool is_noiseless)
+    : settings_(settings),
+      is_noiseless_(is_noiseless),
+      pass_(std::make_shared<const Pass>(settings.width, settings.height, SampleRange{0, 1})) {
   if (settings.samples > 1) sums_.emplace(PixelRect{0, 0, pass_->width, pass_->height}, settings);
   report_.high_total = pixels_of(settings) * settings.samples;
   report_.low_total = measures_error(settings) ? pixels_of(settings) : report_.high_total;
@@ -66,7 +69,6 @@ bool Passes::next(double seconds) {
   auto next = pass_after(seconds);
   if (!next) {
     report_.low_total = report_.high_total = report_.samples;
-    if (!convergence_) look_at_error();
     return false;
   }
   pass_ = std::make_shared<const Pass>(*std::move(next));
@@ -84,16 +86,20 @@ void Passes::take_stock() {
     report_.most = std::max(report_.most, samples);
     report_.samples += static_cast<std::uint64_t>(pass_->rect_of(block).area()) * samples;
   }
-  if (is_safe()) look_at_error();
+  if (is_noiseless_ || is_safe()) look_at_error();
 }
 
 bool Passes::is_safe() const { return report_.least >= safe_samples(settings_); }
 
 void Passes::look_at_error() {
-  if (!sums_ || !measures_error(settings_)) return;
-  convergence_ = measure(*sums_, *pass_);
-  const bool may_claim = convergence_ && std::isinf(settings_.clamp);
-  report_.error = may_claim ? std::optional(convergence_->estimate) : std::nullopt;
+  if (!measures_error(settings_)) return;
+  std::optional<ErrorEstimate> estimate;
+  if (is_noiseless_) {
+    estimate.emplace();
+  } else if (sums_ && (convergence_ = measure(*sums_, *pass_)) && convergence_->estimate.error > 0) {
+    estimate = convergence_->estimate;
+  }
+  report_.error = std::isinf(settings_.clamp) ? estimate : std::nullopt;
 }
 
 std::optional<Pass> Passes::pass_after(double seconds) {
@@ -138,7 +144,10 @@ std::optional<Pass> Passes::pass_after(double seconds) {
   // All alike. In pairs, from the second one on: one for each half.
   auto more = static_cast<std::uint32_t>(std::min<double>(settings_.samples, budget / static_cast<double>(pixels)));
   if (measures_error(settings_) && more > 1) more -= more % 2;
-  if (more == 0) return end(EndedBy::seconds);
+  if (more == 0) {
+    assert(settings_.seconds && "only time makes a pass smaller than one sample of each pixel");
+    return end(EndedBy::seconds);
+  }
   Pass next = *pass_;
   for (SampleRange& range : next.blocks) range = {range.end(), std::min(more, settings_.samples - range.end())};
   return next;

@@ -18,13 +18,15 @@ enum class EndedBy { samples, error, seconds };
 
 /// How far the passes over an image have come.
 struct PassReport {
-  std::uint32_t passes = 0;            ///< That are complete.
-  std::uint32_t least = 0, most = 0;   ///< Samples of a pixel, by now;
-  std::uint64_t samples = 0;           ///< of all pixels together;
-  std::uint64_t low_total = 0;         ///< and when the image will be done: between this,
-  std::uint64_t high_total = 0;        ///< and this.
-  std::optional<ErrorEstimate> error;  ///< Nothing where it isn't measured, or can't be claimed, or not yet.
-  std::optional<EndedBy> ended_by;     ///< Nothing as long as there is a pass to be done.
+  std::uint32_t passes = 0;           ///< That are complete.
+  std::uint32_t least = 0, most = 0;  ///< Samples of a pixel, by now;
+  std::uint64_t samples = 0;          ///< of all pixels together;
+  std::uint64_t low_total = 0;        ///< and when the image will be done: between this,
+  std::uint64_t high_total = 0;       ///< and this.
+  /// Nothing where it isn't measured, or can't be claimed: of few samples, of clamped ones, and where no sample differs
+  /// from another, which may also be because none has met what is rare and bright.
+  std::optional<ErrorEstimate> error;
+  std::optional<EndedBy> ended_by;  ///< Nothing as long as there is a pass to be done.
 };
 
 /// The passes over an image, one after the other: a pass is complete when every tile that it renders has been stored,
@@ -34,7 +36,8 @@ struct PassReport {
 /// `work` and `store` may be called by many threads at once, for different tiles; `next` by one, when all have been.
 class Passes {
  public:
-  explicit Passes(const Settings& settings);
+  /// `is_noiseless`: all samples of a pixel are the same, by the way they are made. Then the error is 0.
+  explicit Passes(const Settings& settings, bool is_noiseless = false);
 
   const Pass& current() const { return *pass_; }
 
@@ -63,6 +66,7 @@ class Passes {
   void look_at_error();
 
   Settings settings_;
+  bool is_noiseless_;
   std::shared_ptr<const Pass> pass_;
   std::optional<Sums> sums_;  ///< Of the whole image; nothing where there is only one pass.
   std::optional<Convergence> convergence_;

@@ -298,12 +298,39 @@ TEST(ParseJob, PixelsTilesAndSamplesAreLimited) {
   };
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 101, "height": 1})"), "/image");
+  EXPECT_EQ(refused_at(""), "/image") << "the size that is taken where none is given";
   EXPECT_EQ(refused_at(R"(, "image": {"width": 4294967295, "height": 4294967295})"), "/image");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 9}, "settings": {"tile_size": 2})"),
             "/settings/tile_size");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 8}, "settings": {"tile_size": 2})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 10})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 11})"), "/settings/samples");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"until": {"samples": 11}})"),
+            "/settings/until/samples");
+}
+
+TEST(ParseJob, APixelTakesASampleAtLeast) {
+  for (const char* settings : {R"({})", R"({"samples": 2})", R"({"until": {"error": 0.1}})",
+                               R"({"until": {"seconds": 1}})", R"({"until": {"samples": 1}})"}) {
+    const auto refused_at = [&](std::uint64_t max_samples) -> std::string {
+      Limits limits;
+      limits.max_samples = max_samples;
+      const auto job =
+          parse_job(kByHash + R"(, "image": {"width": 64, "height": 64}, "settings": )" + settings + "}", NoFiles(), limits);
+      if (!job) return job.problem().errors.at(0).pointer;
+      EXPECT_GE((*job).settings.samples, 1U);
+      return "nowhere";
+    };
+    EXPECT_EQ(refused_at(64 * 64 * 2), "nowhere") << settings;
+    EXPECT_EQ(refused_at(64 * 64 - 1), "/image") << settings;
+    // Where the size is the scene's.
+    Limits limits;
+    limits.max_samples = 640 * 480 - 1;
+    JobRequest job = parsed_job(kByHash + R"(, "settings": )" + settings + "}");
+    const auto problem = fit_to_scene(sized(640, 480), limits, job);
+    ASSERT_TRUE(problem);
+    EXPECT_EQ(problem->errors.at(0).pointer, "/image");
+  }
 }
 
 }  // namespace

@@ -101,6 +101,32 @@ TEST_F(JobRunnerTest, EndsWithTheErrorThatWasAskedFor) {
   EXPECT_EQ(status.tiles_done, 16U);
 }
 
+TEST_F(JobRunnerTest, EndsAtOnceWhereSamplesCannotDiffer) {
+  Settings settings;
+  settings.samples = 300;
+  settings.error = 0.05F;
+  const auto samples = [&](const Camera& camera) {
+    const proto::JobStatus status = status_of(ended(start(camera, AccelKind::bvh, settings)), JobTimes::Clock::now());
+    EXPECT_EQ(status.achieved.has_value(), status.ended_by == "error");
+    return status.samples_per_pixel.most;
+  };
+  Scene dark = *scene_;
+  dark.background = {};  // Nothing is seen, whatever is there: no two samples differ.
+  scene_ = std::make_shared<const Scene>(std::move(dark));
+  const Camera away = PerspectiveCamera{View{{0, 0, 9}, {0, 0, 99}}};
+  PerspectiveCamera with_lens{View{{0, 0, 9}, {0, 0, 0}}};
+  with_lens.lens = {0.1F, 9};
+  for (const IntegratorKind integrator : {IntegratorKind::whitted, IntegratorKind::path}) {
+    settings.integrator = integrator;
+    settings.jitter = true;
+    EXPECT_EQ(samples(frame_scene(*scene_, 32, 32)), 300U) << "a light may have been missed";
+    EXPECT_EQ(samples(away), 1U);
+    settings.jitter = false;
+    EXPECT_EQ(samples(frame_scene(*scene_, 32, 32)), integrator == IntegratorKind::whitted ? 1U : 300U);
+    EXPECT_EQ(samples(with_lens), 300U);
+  }
+}
+
 TEST_F(JobRunnerTest, EndsInTime) {
   Settings settings;
   settings.samples = 4294967295;

@@ -1,5 +1,6 @@
 #include "core/film/passes.h"
 
+#include <algorithm>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -58,15 +59,73 @@ TEST(Passes, AreInPairsWhereTheErrorIsMeasured) {
   for (const std::uint32_t count : counts(settings, 1e-3)) EXPECT_TRUE(count == 1 || count % 2 == 0) << count;
 }
 
-TEST(Passes, NoNoiseIsNoErrorOnceASafeNumberOfSamplesIsThere) {
+/// What passes over an image come to whose halves differ by `noise` everywhere.
+PassReport report_of(Settings settings, float noise, double seconds_a_pass = 0) {
+  Passes passes(settings);
+  double seconds = 0;
+  do {
+    Sums sums({0, 0, 40, 24}, settings);
+    const auto n = static_cast<float>(passes.current().blocks.front().end());
+    std::ranges::fill(sums.totals.color, Rgb{n, n, n});
+    std::ranges::fill(sums.second, Rgb{n, n, n} * (1 + noise));
+    passes.store(sums);
+    seconds += seconds_a_pass;
+  } while (passes.next(seconds));
+  return passes.report();
+}
+
+TEST(Passes, ClaimNoErrorOfFewSamples) {
+  for (const std::uint32_t samples : {2U, 16U, 272U}) {
+    Settings settings = sized(samples);
+    settings.error = 0.5F;
+    const PassReport few = report_of(settings, 0.01F);
+    EXPECT_EQ(few.ended_by, EndedBy::samples) << samples;
+    EXPECT_FALSE(few.error) << samples;
+  }
+  Settings settings = sized(1000);
+  settings.error = 0.5F;
+  const PassReport enough = report_of(settings, 0.01F);
+  EXPECT_EQ(enough.ended_by, EndedBy::error);
+  EXPECT_GE(enough.least, 274U) << "a quarter of a million samples of 960 pixels";
+  ASSERT_TRUE(enough.error);
+  EXPECT_GT(enough.error->low, 0);
+}
+
+TEST(Passes, ClaimNoErrorWhereTimeIsOverEarly) {
+  Settings settings = sized(1 << 20);
+  settings.seconds = 1;
+  const PassReport report = report_of(settings, 0.01F, 0.4);
+  EXPECT_EQ(report.ended_by, EndedBy::seconds);
+  EXPECT_EQ(report.least, 2U);
+  EXPECT_FALSE(report.error);
+}
+
+/// Light that no sample has found yet looks like an image without noise.
+TEST(Passes, ClaimNothingWhereNoSampleDiffers) {
+  Settings settings = sized(1000);
+  settings.error = 0.5F;
+  const PassReport report = report_of(settings, 0);
+  EXPECT_EQ(report.ended_by, EndedBy::samples);
+  EXPECT_EQ(report.samples, 40U * 24 * 1000);
+  EXPECT_FALSE(report.error);
+}
+
+TEST(Passes, ClaimNothingOfWhatIsClamped) {
+  Settings settings = sized(1000);
+  settings.error = 0.5F;
+  settings.clamp = 10;
+  EXPECT_EQ(report_of(settings, 0.01F).ended_by, EndedBy::samples);
+  EXPECT_FALSE(report_of(settings, 0.01F).error);
+}
+
+TEST(Passes, OneIsEnoughWhereSamplesCannotDiffer) {
   Settings settings = sized(1000);
   settings.error = 0.01F;
-  EXPECT_EQ(counts(settings).back(), 512U) << "a quarter of a million of them, in doublings";
-  settings.samples = 100;
-  EXPECT_EQ(counts(settings).back(), 100U) << "all that there are to be";
-  settings.samples = 1000;
-  settings.clamp = 10;
-  EXPECT_EQ(counts(settings).back(), 1000U) << "what is clamped has an error that isn't known";
+  Passes passes(settings, true);
+  passes.store(Sums({0, 0, 40, 24}, settings));
+  EXPECT_FALSE(passes.next(0));
+  EXPECT_EQ(passes.report().ended_by, EndedBy::error);
+  EXPECT_EQ(passes.report().error->high, 0);
 }
 
 TEST(Passes, EndInTime) {

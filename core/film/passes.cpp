@@ -1,6 +1,7 @@
 #include "core/film/passes.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -143,7 +144,10 @@ std::optional<Pass> Passes::pass_after(double seconds) {
   // All alike. In pairs, from the second one on: one for each half.
   auto more = static_cast<std::uint32_t>(std::min<double>(settings_.samples, budget / static_cast<double>(pixels)));
   if (measures_error(settings_) && more > 1) more -= more % 2;
-  if (more == 0) return end(EndedBy::seconds);
+  if (more == 0) {
+    assert(settings_.seconds && "only time makes a pass smaller than one sample of each pixel");
+    return end(EndedBy::seconds);
+  }
   Pass next = *pass_;
   for (SampleRange& range : next.blocks) range = {range.end(), std::min(more, settings_.samples - range.end())};
   return next;

@@ -31,13 +31,24 @@ void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
 void fit_to_image(JobRequest& job, const Limits& limits, FieldErrors& errors) {
   Settings& settings = job.settings;
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-  if (pixels > limits.max_pixels) return;  // Said already.
+  if (pixels > limits.max_pixels) {
+    if (job.has_image) return;  // Said already.
+    errors.add("/image", "Without this, the image has " + std::to_string(pixels) + " pixels; at most " +
+                             std::to_string(limits.max_pixels) + " are allowed. Give a smaller width and height.");
+    return;
+  }
+  if (pixels > limits.max_samples) {
+    errors.add("/image", "The image has " + std::to_string(pixels) + " pixels; at most " +
+                             std::to_string(limits.max_samples) +
+                             " samples are allowed, and each pixel takes one. Make width or height smaller.");
+    return;
+  }
   if (job.samples_to_the_limit)
     settings.samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(kLargest32, limits.max_samples / pixels));
   if (settings.samples > limits.max_samples / pixels) {
-    errors.add("/settings/samples", "At most " + std::to_string(limits.max_samples / pixels) +
-                                        " samples per pixel are allowed for an image of " + std::to_string(pixels) +
-                                        " pixels.");
+    errors.add(job.has_until ? "/settings/until/samples" : "/settings/samples",
+               "At most " + std::to_string(limits.max_samples / pixels) +
+                   " samples per pixel are allowed for an image of " + std::to_string(pixels) + " pixels.");
   }
   if (job.is_one_tile) settings.tile_size = std::max(settings.width, settings.height);
   if (job.is_one_tile || settings.tile_size == kAdaptiveTiles) return;

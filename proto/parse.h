@@ -39,6 +39,7 @@ struct JobRequest {
   Settings settings;
   bool has_image = false;             ///< Whether `settings` has the size from the job's `image`.
   bool is_one_tile = false;           ///< `settings.tile_size` is to span the image, whatever its size.
+  bool has_until = false;             ///< Whether `settings.samples` has what `until` says of them.
   bool samples_to_the_limit = false;  ///< `settings.samples` is to be what `Limits` allow, whatever the size.
   std::string name;
 };

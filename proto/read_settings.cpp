@@ -51,6 +51,7 @@ void read_until(JsonCursor value, JobRequest& job) {
   const auto samples = fields.optional("samples"), error = fields.optional("error"),
              seconds = fields.optional("seconds");
   read(samples, job.settings.samples, 1, kLargest32);
+  job.has_until = true;
   job.samples_to_the_limit = !samples;
   float greatest_error = 0, most_seconds = 0;
   if (error && read(error, greatest_error, kPositive)) job.settings.error = greatest_error;

@@ -83,7 +83,7 @@ TEST(ParseJob, SettingsOfLight) {
   EXPECT_FALSE(defaults.transparent);
 
   const Settings path = settings(R"("integrator": "path", "sampler": "sobol", "clamp": 10, "adaptive": false,
-                                    "filter": {"type": "gaussian", "width": 2.5}, "max_depth": 1)");
+                                    "filter": {"type": "gaussian", "width": 2.5}, "max_depth": 1, "until": {"seconds": 5})");
   EXPECT_EQ(path.integrator, IntegratorKind::path);
   EXPECT_EQ(path.sampler, SamplerKind::sobol);
   EXPECT_EQ(path.filter, FilterKind::gaussian);
@@ -261,6 +261,12 @@ TEST(ParseJob, TakesTheSizeOfItsSceneUnlessItHasOne) {
   JobRequest none = parsed_job(kByHash + "}");
   EXPECT_FALSE(fit_to_scene(Scene(), Limits(), none));
   EXPECT_EQ(none.settings.width, 512U);
+
+  Limits small;
+  small.max_pixels = 512 * 512 - 1;
+  const auto problem = fit_to_scene(Scene(), small, none);
+  ASSERT_TRUE(problem);
+  EXPECT_EQ(problem->errors.at(0).pointer, "/image");
 }
 
 TEST(ParseJob, LimitsHoldForTheSizeOfItsScene) {
@@ -304,6 +310,32 @@ TEST(ParseJob, PixelsTilesAndSamplesAreLimited) {
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 8}, "settings": {"tile_size": 2})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 10})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"samples": 11})"), "/settings/samples");
+  EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10}, "settings": {"until": {"samples": 11}})"),
+            "/settings/until/samples");
+}
+
+TEST(ParseJob, APixelTakesASampleAtLeast) {
+  for (const char* settings : {R"({})", R"({"samples": 2})", R"({"until": {"error": 0.1}})",
+                               R"({"until": {"seconds": 1}})", R"({"until": {"samples": 1}})"}) {
+    const auto refused_at = [&](std::uint64_t max_samples) -> std::string {
+      Limits limits;
+      limits.max_samples = max_samples;
+      const auto job = parse_job(kByHash + R"(, "image": {"width": 64, "height": 64}, "settings": )" + settings + "}",
+                                 NoFiles(), limits);
+      if (!job) return job.problem().errors.at(0).pointer;
+      EXPECT_GE((*job).settings.samples, 1U);
+      return "nowhere";
+    };
+    EXPECT_EQ(refused_at(64 * 64 * 2), "nowhere") << settings;
+    EXPECT_EQ(refused_at(64 * 64 - 1), "/image") << settings;
+    // Where the size is the scene's.
+    Limits limits;
+    limits.max_samples = 640 * 480 - 1;
+    JobRequest job = parsed_job(kByHash + R"(, "settings": )" + settings + "}");
+    const auto problem = fit_to_scene(sized(640, 480), limits, job);
+    ASSERT_TRUE(problem);
+    EXPECT_EQ(problem->errors.at(0).pointer, "/image");
+  }
 }
 
 }  // namespace

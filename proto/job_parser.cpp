@@ -46,9 +46,9 @@ void fit_to_image(JobRequest& job, const Limits& limits, FieldErrors& errors) {
   if (job.samples_to_the_limit)
     settings.samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(kLargest32, limits.max_samples / pixels));
   if (settings.samples > limits.max_samples / pixels) {
-    errors.add(job.has_until ? "/settings/until/samples" : "/settings/samples", "At most " + std::to_string(limits.max_samples / pixels) +
-                                        " samples per pixel are allowed for an image of " + std::to_string(pixels) +
-                                        " pixels.");
+    errors.add(job.has_until ? "/settings/until/samples" : "/settings/samples",
+               "At most " + std::to_string(limits.max_samples / pixels) +
+                   " samples per pixel are allowed for an image of " + std::to_string(pixels) + " pixels.");
   }
   if (job.is_one_tile) settings.tile_size = std::max(settings.width, settings.height);
   if (job.is_one_tile || settings.tile_size == kAdaptiveTiles) return;

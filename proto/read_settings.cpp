@@ -83,9 +83,13 @@ void read_transport(JsonFields& fields, Settings& settings) {
 }
 
 void read_sampling(JsonFields& fields, Settings& settings) {
-  const auto filter = fields.optional("filter");
+  const auto filter = fields.optional("filter"), sampler = fields.optional("sampler");
   read(fields.optional("jitter"), settings.jitter);
-  read(fields.optional("sampler"), settings.sampler, sampler_names());
+  if (read(sampler, settings.sampler, sampler_names()) && settings.sampler == SamplerKind::grid &&
+      measures_error(settings))
+    sampler->error(
+        "The grid's cells are filled one after the other, so all samples have to be taken; leave \"error\" and "
+        "\"seconds\" out of \"until\", or take \"sobol\" or \"independent\".");
   read(fields.optional("seed"), settings.seed, 0, kLargest64);
   if (filter) read_filter(*filter, settings);
   if (filter && !settings.jitter)
@@ -100,7 +104,11 @@ void read_settings(JsonCursor value, JobRequest& job) {
   read_end(fields, job);
   read_transport(fields, settings);
   read_sampling(fields, settings);
-  read(fields.optional("adaptive"), settings.adaptive);
+  const auto adaptive = fields.optional("adaptive");
+  if (read(adaptive, settings.adaptive) && adaptive && !measures_error(settings))
+    adaptive->error(
+        "Samples go where there is error left only until an \"error\" or for \"seconds\"; give one of them in "
+        "\"until\", or leave this out.");
   read(fields.optional("transparent"), settings.transparent);
   if (const auto accel = fields.optional("accel")) read_accel(*accel, settings.accel);
   read(fields.optional("screen_bounds"), settings.screen_bounds, screen_bounds_names());

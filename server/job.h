@@ -112,7 +112,7 @@ struct JobView {
 /// What a job's image takes, with what is kept of its tiles where their size is given: others are fewer than pixels by
 /// far.
 std::uint64_t image_bytes(const Settings& settings);
-/// What its passes take beside that, as long as it hasn't ended.
+/// What its passes take beside that, as long as it is being worked on.
 std::uint64_t passes_bytes(const Settings& settings);
 
 /// What `GET /v1/jobs/{id}` says of it at `now`.

@@ -226,6 +226,7 @@ void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   run->job.progress->complete_tiles(run->context->plan.tiling.tiles.size());
   run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
   run->passes.reset();
+  run->job.passes_memory.reset();
   jobs_.complete(run->job.id, run->structure_use());
 }
 

@@ -37,6 +37,21 @@ bool may_follow(JobState from, JobState to) {
   return false;
 }
 
+/// Counted as long as it lives, for longer than the table if need be.
+class PassesMemory {
+ public:
+  PassesMemory(std::shared_ptr<std::atomic<std::uint64_t>> all, std::uint64_t bytes)
+      : all_(std::move(all)), bytes_(bytes) {
+    *all_ += bytes_;
+  }
+  ~PassesMemory() { *all_ -= bytes_; }
+  PassesMemory(const PassesMemory&) = delete;
+
+ private:
+  std::shared_ptr<std::atomic<std::uint64_t>> all_;
+  std::uint64_t bytes_;
+};
+
 }  // namespace
 
 std::string JobTable::new_id() {
@@ -62,8 +77,7 @@ void JobTable::make_room(std::uint64_t film, Films& dropped) {
   // Films that are still being read are few, for an image is read by a thread that encodes it, and soon gone: more
   // ended ones make room for them, but no job is refused for them.
   for (std::uint64_t others = leaving() + film;
-       !ended_images_.empty() && unfinished_bytes_ + ended_bytes_ + others > limits_.film_bytes;
-       others = leaving() + film)
+       !ended_images_.empty() && taken() + ended_bytes_ + others > limits_.film_bytes; others = leaving() + film)
     drop_film(jobs_.find(ended_images_.front())->second, dropped);
 }
 
@@ -74,7 +88,7 @@ std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
     return Problem{ProblemCode::too_many_jobs,
                    std::to_string(unfinished_) + " jobs haven't ended; submit this one when fewer are left.",
                    {}};
-  if (film > limits_.film_bytes - unfinished_bytes_)
+  if (film > limits_.film_bytes - taken())
     return Problem{ProblemCode::out_of_memory_budget,
                    "The images of jobs that haven't ended fill the memory set aside for images; submit this one when "
                    "fewer are left.",
@@ -85,7 +99,7 @@ std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
 std::optional<Problem> JobTable::refusal(const Settings& settings) const {
   std::uint64_t film = image_bytes(settings) + passes_bytes(settings);
   const std::lock_guard lock(mutex_);
-  if (unfinished_ > 0) film = std::min(film, unfinished_bytes_ / unfinished_);
+  if (unfinished_ > 0) film = std::min(film, taken() / unfinished_);
   return refusal_of(std::min(film, limits_.film_bytes));
 }
 
@@ -100,17 +114,17 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   Job job;
   job.progress = std::make_shared<Progress>();
   job.film_bytes = image;
-  job.passes_bytes = passes;
   job.view.id = new_id();
   job.view.order = std::make_shared<const JobOrder>(std::move(order));
   job.view.progress = job.progress;
   job.spare_nodes = {job.view.id, job.view.id};
   job.view.times.created = std::chrono::system_clock::now();
   job.view.times.queued = JobTimes::Clock::now();
-  Admitted admitted{job.view.id, job.stop.get_token(), job.progress};
+  Admitted admitted{job.view.id, job.stop.get_token(), job.progress,
+                    std::make_shared<const PassesMemory>(passes_bytes_, passes)};
   spdlog::info("job {}: queued", job.view.id);
   jobs_.emplace(admitted.id, std::move(job));
-  unfinished_bytes_ += film;
+  unfinished_bytes_ += image;
   ++unfinished_;
   return admitted;
 }
@@ -128,7 +142,7 @@ bool JobTable::change_state(Job& job, JobState to) {
     view.times.ended = now;
     --unfinished_;
     job.stop.request_stop();
-    unfinished_bytes_ -= job.film_bytes + job.passes_bytes;
+    unfinished_bytes_ -= job.film_bytes;
     if (job.film) ended_bytes_ += job.film_bytes;
   }
   spdlog::info("job {}: {}", view.id, proto::name(to));

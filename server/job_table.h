@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <list>
@@ -40,6 +41,8 @@ class JobTable {
     std::string id;
     std::stop_token stop;  ///< Requested when the job ends before its work does.
     std::shared_ptr<Progress> progress;
+    /// What its passes take is counted until no copy of this is left, however the job ends meanwhile.
+    std::shared_ptr<const void> passes_memory;
   };
 
   /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
@@ -87,7 +90,6 @@ class JobTable {
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
     std::uint64_t film_bytes;            ///< Of its image, or set aside for it.
-    std::uint64_t passes_bytes;          ///< Of what goes with it until it ends.
     std::shared_ptr<const Film> film;    ///< Once it renders, until it gives way.
     std::list<std::string> spare_nodes;  ///< For `ended_` and `ended_images_`: so that ending takes no memory.
     std::list<std::string>::iterator among_ended;   ///< Once it has ended.
@@ -112,6 +114,8 @@ class JobTable {
   std::uint64_t leaving();
   /// Why no job with such a film is admitted.
   std::optional<proto::Problem> refusal_of(std::uint64_t film) const;
+  /// Bytes that can't give way: of films of jobs that haven't ended, and of all passes.
+  std::uint64_t taken() const { return unfinished_bytes_ + *passes_bytes_; }
   Job* find_unfinished(const std::string& id);
 
   const Limits limits_;
@@ -119,9 +123,10 @@ class JobTable {
   Jobs jobs_;                            ///< Ids grow, so this is the order of arrival.
   std::list<std::string> ended_;         ///< Jobs in the order in which they ended.
   std::list<std::string> ended_images_;  ///< Those among them whose films are there.
-  std::uint64_t unfinished_bytes_ = 0;   ///< Of films and passes of jobs that haven't ended,
+  std::uint64_t unfinished_bytes_ = 0;   ///< Of films of jobs that haven't ended,
   std::uint64_t ended_bytes_ = 0;        ///< and of films of those that have.
   std::vector<std::pair<std::weak_ptr<const Film>, std::uint64_t>> leaving_;
+  const std::shared_ptr<std::atomic<std::uint64_t>> passes_bytes_ = std::make_shared<std::atomic<std::uint64_t>>(0);
   std::uint32_t unfinished_ = 0;
   std::uint64_t last_time_ = 0;
   bool closed_ = false;

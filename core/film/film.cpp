@@ -13,7 +13,7 @@ Film::Film(std::uint32_t width, std::uint32_t height, const std::set<Aov>& aovs,
 void Film::store(std::size_t index, const Pixels& tile) {
   const std::lock_guard lock(lock_of(index));
   pixels_.copy(tile, tile.rect);
-  if (versions_[index]++ == 0) stored_.fetch_add(1, std::memory_order_acq_rel);
+  ++versions_[index];
 }
 
 std::vector<std::uint32_t> Film::versions() const {

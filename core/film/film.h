@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
@@ -23,9 +22,6 @@ class Film {
   void store(std::size_t index, const Pixels& tile);
 
   std::size_t tile_count() const { return tiles_.size(); }
-  /// Tiles that are there, of whatever pass.
-  std::size_t tiles_stored() const { return stored_.load(std::memory_order_acquire); }
-  bool complete() const { return tiles_stored() == tile_count(); }
 
   /// How often each tile has been stored: what is between two equal answers is the same image.
   std::vector<std::uint32_t> versions() const;
@@ -53,7 +49,6 @@ class Film {
   Pixels pixels_;
   std::vector<PixelRect> tiles_;
   std::vector<std::uint32_t> versions_;
-  std::atomic<std::size_t> stored_{0};
   mutable std::array<std::mutex, kLocks> locks_;
 };
 

@@ -161,7 +161,7 @@ struct AroundTiles {
         progress.add_tile();
         return true;
       });
-      while (!image.complete()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+      while (progress.tiles() < tiles.size()) std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
     next(handing);
     const auto there = image.snapshot({});

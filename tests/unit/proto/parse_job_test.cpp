@@ -83,7 +83,7 @@ TEST(ParseJob, SettingsOfLight) {
   EXPECT_FALSE(defaults.transparent);
 
   const Settings path = settings(R"("integrator": "path", "sampler": "sobol", "clamp": 10, "adaptive": false,
-                                    "filter": {"type": "gaussian", "width": 2.5}, "max_depth": 1)");
+                                    "filter": {"type": "gaussian", "width": 2.5}, "max_depth": 1, "until": {"seconds": 5})");
   EXPECT_EQ(path.integrator, IntegratorKind::path);
   EXPECT_EQ(path.sampler, SamplerKind::sobol);
   EXPECT_EQ(path.filter, FilterKind::gaussian);
@@ -261,6 +261,12 @@ TEST(ParseJob, TakesTheSizeOfItsSceneUnlessItHasOne) {
   JobRequest none = parsed_job(kByHash + "}");
   EXPECT_FALSE(fit_to_scene(Scene(), Limits(), none));
   EXPECT_EQ(none.settings.width, 512U);
+
+  Limits small;
+  small.max_pixels = 512 * 512 - 1;
+  const auto problem = fit_to_scene(Scene(), small, none);
+  ASSERT_TRUE(problem);
+  EXPECT_EQ(problem->errors.at(0).pointer, "/image");
 }
 
 TEST(ParseJob, LimitsHoldForTheSizeOfItsScene) {
@@ -298,7 +304,6 @@ TEST(ParseJob, PixelsTilesAndSamplesAreLimited) {
   };
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 10})"), "nowhere");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 101, "height": 1})"), "/image");
-  EXPECT_EQ(refused_at(""), "/image") << "the size that is taken where none is given";
   EXPECT_EQ(refused_at(R"(, "image": {"width": 4294967295, "height": 4294967295})"), "/image");
   EXPECT_EQ(refused_at(R"(, "image": {"width": 10, "height": 9}, "settings": {"tile_size": 2})"),
             "/settings/tile_size");
@@ -315,8 +320,8 @@ TEST(ParseJob, APixelTakesASampleAtLeast) {
     const auto refused_at = [&](std::uint64_t max_samples) -> std::string {
       Limits limits;
       limits.max_samples = max_samples;
-      const auto job =
-          parse_job(kByHash + R"(, "image": {"width": 64, "height": 64}, "settings": )" + settings + "}", NoFiles(), limits);
+      const auto job = parse_job(kByHash + R"(, "image": {"width": 64, "height": 64}, "settings": )" + settings + "}",
+                                 NoFiles(), limits);
       if (!job) return job.problem().errors.at(0).pointer;
       EXPECT_GE((*job).settings.samples, 1U);
       return "nowhere";

@@ -131,6 +131,22 @@ TEST(JobTable, RefusesWhatUnfinishedJobsLeaveNoMemoryFor) {
   EXPECT_EQ(table.film(first).problem().code, ProblemCode::image_gone);
 }
 
+TEST(JobTable, CountsPassesUntilTheirThreadsHaveLeftThem) {
+  JobOrder more = order();
+  more.settings.samples = 2;
+  const std::uint64_t image = image_bytes(more.settings), passes = passes_bytes(more.settings);
+  ASSERT_GT(passes, 0U);
+  JobTable table({1000, 1000, image + passes});
+  auto working = table.add(more);
+  ASSERT_TRUE(working);
+  ASSERT_TRUE(table.cancel((*working).id));
+  EXPECT_EQ(table.add(more).problem().code, ProblemCode::out_of_memory_budget) << "its sums are still there";
+  EXPECT_EQ(table.refusal(more.settings)->code, ProblemCode::out_of_memory_budget);
+  (*working).passes_memory.reset();
+  EXPECT_FALSE(table.refusal(more.settings));
+  EXPECT_TRUE(table.add(more));
+}
+
 TEST(JobTable, TheOldestImagesGiveWay) {
   const std::uint64_t one = Film::memory_bytes(10, 10, {});
   JobTable table({1000, 10'000, 3 * one});

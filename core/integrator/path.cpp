@@ -166,10 +166,14 @@ void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
   const SurfacePoint& surface = at.shading.surface;
   Rgb radiance = lights_->emitted(at.primitive, direction, surface.geometric_normal);
   if (radiance.is_black()) return;
-  if (path.pdf > 0)
-    radiance = radiance *
-               mis_weight(path.pdf, lights_->pdf_hit(path.from, path.from_normal, direction, at.primitive,
-                                                     length(surface.position - path.from), surface.geometric_normal));
+  if (path.pdf > 0) {
+    // As lights were sampled: the ray may have started on the smooth surface, beside that point.
+    const Vec3d way = surface.position - path.from;
+    const auto from_there = UnitVec3::normalize(way);
+    radiance = radiance * mis_weight(path.pdf, lights_->pdf_hit(path.from, path.from_normal,
+                                                                from_there ? Vec3(*from_there) : direction,
+                                                                at.primitive, length(way), surface.geometric_normal));
+  }
   add(path.sum, path.throughput * radiance * share);
 }
 

@@ -22,11 +22,6 @@ float mis_weight(float drawn, float other) {
 
 float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
 
-/// `sample` doesn't read the number that chooses among several.
-bool has_one_lobe(const Bsdf& bsdf) {
-  return std::holds_alternative<DiffuseBsdf>(bsdf) || std::holds_alternative<ConductorBsdf>(bsdf);
-}
-
 }  // namespace
 
 /// A surface that a path has met.

@@ -7,12 +7,6 @@
 #include "core/material/shade.h"
 
 namespace tessera {
-namespace {
-
-/// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
-constexpr float kJustBeyond = 1 + 0x1p-10F;
-
-}  // namespace
 
 DirectLight::DirectLight(const Accel& accel, RayCounts& counts, TraceLog log)
     : accel_(accel), counts_(counts), log_(log) {}

@@ -14,9 +14,6 @@ namespace {
 /// Segments before roulette begins.
 constexpr std::uint32_t kRouletteDepth = 5;
 
-/// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
-constexpr float kJustBeyond = 1 + 0x1p-10F;
-
 /// The weight of what was drawn with density `drawn`, and might have been with `other` (power heuristic).
 float mis_weight(float drawn, float other) {
   const float ratio = other / drawn;
@@ -24,11 +21,6 @@ float mis_weight(float drawn, float other) {
 }
 
 float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
-
-/// `sample` doesn't read the number that chooses among several.
-bool has_one_lobe(const Bsdf& bsdf) {
-  return std::holds_alternative<DiffuseBsdf>(bsdf) || std::holds_alternative<ConductorBsdf>(bsdf);
-}
 
 }  // namespace
 
@@ -64,6 +56,7 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       has_emitters_(features.emitters),
       counts_(counts),
       log_(log),
+      leaving_(scene, features.alpha, accel, counts, log),
       shadows_(scene, features.alpha) {}
 
 void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) {
@@ -168,29 +161,33 @@ void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
   const SurfacePoint& surface = at.shading.surface;
   Rgb radiance = lights_->emitted(at.primitive, direction, surface.geometric_normal);
   if (radiance.is_black()) return;
-  if (path.pdf > 0)
-    radiance = radiance *
-               mis_weight(path.pdf, lights_->pdf_hit(path.from, path.from_normal, direction, at.primitive,
-                                                     length(surface.position - path.from), surface.geometric_normal));
+  if (path.pdf > 0) {
+    // As lights were sampled: the ray may have started on the smooth surface, beside that point.
+    const Vec3d way = surface.position - path.from;
+    const auto from_there = UnitVec3::normalize(way);
+    radiance = radiance * mis_weight(path.pdf, lights_->pdf_hit(path.from, path.from_normal,
+                                                                from_there ? Vec3(*from_there) : direction,
+                                                                at.primitive, length(way), surface.geometric_normal));
+  }
   add(path.sum, path.throughput * radiance * share);
 }
 
 void PathTracer::sample_light(const Path& path, const Vertex& at) {
   if (!lights_ || lights_->empty() || !has_smooth_lobes(at.bsdf)) return;
-  const float pick = lights_->count() == 1 ? 0 : path.numbers.one(dimension(vertex_, Decision::light_pick));
+  const double pick = lights_->count() == 1 ? 0 : joined(path.numbers.two(dimension(vertex_, Decision::light_pick)));
   const auto light = lights_->sample(at.shading.surface.position, at.light_normal, pick,
                                      path.numbers.two(dimension(vertex_, Decision::light)));
   if (!light) return;
   const Vec3 wi = at.frame.to_local(light->to_light);
   const BsdfValue value = evaluate(at.bsdf, at.to_viewer, wi);
   if (value.f_cos.is_black()) return;
-  const auto way = leaving(at, light->to_light, wi.z > 0);
+  const auto way = leaving_.find(at.shading, at.primitive, at.origin, light->to_light, wi.z > 0);
   if (!way) return;
   const float weight = (light->is_delta ? 1 : mis_weight(light->pdf, value.pdf)) / light->pdf;
-  const Rgb radiance = path.throughput * value.f_cos * light->radiance * weight;
+  const Rgb radiance = path.throughput * value.f_cos * light->radiance * (weight * way->share);
   if (radiance.is_black()) return;
-  Ray ray = lights_->shadow_ray(*light, way->origin);
-  ray.leaves = way->leaves;
+  Ray ray = lights_->shadow_ray(*light, way->ray.origin);
+  ray.leaves = way->ray.leaves;
   shadows_.add(ray, radiance, path.sum);
 }
 
@@ -206,9 +203,11 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
   if (path.depth > kRouletteDepth && !survives(path, path.numbers.one(dimension(vertex_, Decision::roulette))))
     return false;
   if (path.throughput.is_black()) return false;
-  const auto way = leaving(at, at.frame.to_world(chosen->wi), !chosen->transmits);
-  if (!way || (is_last && !has_sky_ && !lights_->may_meet(*way))) return false;
-  ray = *way;
+  const Vec3 direction = at.frame.to_world(chosen->wi);
+  const auto way = leaving_.find(at.shading, at.primitive, at.origin, direction, !chosen->transmits);
+  if (!way || (is_last && !has_sky_ && !lights_->may_meet(way->ray))) return false;
+  path.throughput = path.throughput * way->share;
+  ray = way->ray;
   path.pdf = chosen->is_delta ? 0 : chosen->pdf;
   path.from = at.shading.surface.position;
   path.from_normal = at.light_normal;
@@ -221,26 +220,6 @@ bool PathTracer::survives(Path& path, float number) {
   if (!(number < chance)) return false;
   path.throughput = path.throughput * (1 / chance);
   return true;
-}
-
-/// A ray from the vertex on; nothing where a direction of the smooth surface leads to the wrong side of the face. A
-/// direction that is beneath the face and above the smooth surface starts there, unless something lies in between
-/// (after Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, 2021).
-std::optional<Ray> PathTracer::leaving(const Vertex& at, Vec3 direction, bool reflects) {
-  const Shading& s = at.shading;
-  const Vec3 outward = reflects ? s.flat_normal : -s.flat_normal;
-  if (dot(direction, outward) > 0) {
-    const Vec3 origin = reflects ? at.origin : spawn_origin(s.surface, to_double(outward));
-    return Ray{origin, direction, 0, kInfinity, at.primitive};
-  }
-  if (!reflects || !(dot(s.surface.to_smooth, to_double(outward)) > 0)) return std::nullopt;
-  const Vec3 smooth_origin = spawn_origin(s.surface, to_double(outward), s.surface.to_smooth);
-  if (smooth_origin == at.origin) return std::nullopt;
-  const Vec3 way = to_float(to_double(smooth_origin) - to_double(at.origin));
-  ++counts_.shadow;
-  if (accel_->occluded(Ray{at.origin, way, 0, kJustBeyond, left_by(way, outward, at.primitive)}, log_))
-    return std::nullopt;
-  return Ray{smooth_origin, direction, 0, kInfinity, kNoPrimitive};
 }
 
 }  // namespace tessera

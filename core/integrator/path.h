@@ -2,12 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/accel/accel.h"
 #include "core/integrator/integrator.h"
+#include "core/integrator/leaving_rays.h"
 #include "core/integrator/ray_counts.h"
 #include "core/integrator/shadow_batch.h"
 #include "core/light/light_table.h"
@@ -67,7 +67,6 @@ class PathTracer final : public Integrator {
   /// Gives the path its next ray; false where it ends.
   bool scatter(Path& path, Ray& ray, const Vertex& at);
   static bool survives(Path& path, float number);
-  std::optional<Ray> leaving(const Vertex& at, Vec3 direction, bool reflects);
   void add(std::uint32_t sum, Rgb radiance) { out_.radiance[sum] = out_.radiance[sum] + radiance; }
 
   const Scene& scene_;
@@ -86,6 +85,7 @@ class PathTracer final : public Integrator {
   std::vector<Ray> rays_;
   std::vector<Hit> hits_;
   std::vector<Hit> passed_;  ///< For each ray, where there is alpha: see `find_behind`.
+  LeavingRays leaving_;
   ShadowBatch shadows_;
 };
 

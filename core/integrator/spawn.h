@@ -18,6 +18,9 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
 /// surface, on that side, before.
 Vec3 spawn_origin(const SurfacePoint& from, Vec3d toward, Vec3d away = {});
 
+/// A ray to another start of rays ends a little beyond it: both are rounded, and nothing may slip through in between.
+inline constexpr float kJustBeyond = 1 + 0x1p-10F;
+
 /// What a ray leaves that starts at `spawn_origin` on the side of `normal` (unit), for `Ray::leaves`.
 PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface);
 

@@ -30,14 +30,11 @@ Vec3 unit(Vec3 v) { return UnitVec3::normalize(v).value_or(UnitVec3::z()); }
 }  // namespace
 
 InfiniteLights::InfiniteLights(const Scene& scene) {
-  EnvironmentLight environment;
-  environment.radiance = scene.background;
   for (const Light& light : scene.lights) {
     if (const auto* directional = std::get_if<DirectionalLight>(&light)) add(*directional);
     if (const auto* sun = std::get_if<SunLight>(&light)) add(*sun);
-    if (const auto* all_around = std::get_if<EnvironmentLight>(&light)) environment = *all_around;
   }
-  add(environment);
+  add(environment_of(scene));
 
   // So far shares are irradiances.
   double total = environment_share_;

@@ -140,7 +140,7 @@ LightTree LightTable::gather_near() {
   return LightTree(bounds);
 }
 
-std::optional<LightSample> LightTable::sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const {
+std::optional<LightSample> LightTable::sample(Vec3d from, Vec3 normal, double pick, Vec2 u) const {
   if (empty()) return std::nullopt;
   const bool far = pick < far_share_;
   const double share = far ? far_share_ : 1 - far_share_;

@@ -46,7 +46,7 @@ class LightTable {
   std::uint64_t count() const { return std::uint64_t{near_.size()} + far_.size(); }
 
   /// `pick` in [0, 1), `u` in [0, 1)². Nothing when what these fall on sends nothing to that point.
-  std::optional<LightSample> sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const;
+  std::optional<LightSample> sample(Vec3d from, Vec3 normal, double pick, Vec2 u) const;
 
   /// From a point beside the surface that `from` lay on: occluded exactly when something stands between it and the
   /// light; the light itself doesn't. Its direction isn't of length 1.

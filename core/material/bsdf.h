@@ -19,10 +19,11 @@ namespace tessera {
 /// 0 has passed the surface. Radiance is transported, from wi to wo. No direction, however close to the horizon, gives
 /// NaN, infinity or less than 0. All functions are pure and the same on every machine.
 ///
-/// To add a material: (1) its parameters become a struct in core/scene/material.h, listed in `Surface`; (2) a file here
-/// gets its BSDF, a struct with the members that the functions below call (diffuse_bsdf.h is the shortest example), and
+/// To add a material: (1) its parameters become a struct in core/scene/material.h, listed in `Surface`;
+/// `whitted_surface` and `is_black` there say whether it may be one of Whitted's, and black; (2) a file here gets its
+/// BSDF, a struct with the members that the functions below call (diffuse_bsdf.h is the shortest example), and
 /// `bsdf_of`, which makes it; (3) it is listed in `Bsdf`; (4) tests/unit/core/material/bsdf_cases.h lists examples of
-/// it, on which every test of BSDFs runs. proto/ gives it a name on the wire.
+/// it, on which every test of BSDFs runs; (5) proto/read_material.cpp gives it a name on the wire.
 using Bsdf = std::variant<WhittedBsdf, DiffuseBsdf, ConductorBsdf, DielectricBsdf, MetallicRoughnessBsdf>;
 
 /// `entering`: the viewer is outside, where the geometric normal points.
@@ -49,6 +50,11 @@ inline bool has_smooth_lobes(const Bsdf& bsdf) {
 /// Whether it can for a wi on the other side, so that light from behind counts.
 inline bool has_smooth_transmission(const Bsdf& bsdf) {
   return std::visit([](const auto& b) { return b.has_smooth_transmission(); }, bsdf);
+}
+
+/// Whether `sample` doesn't read `u_lobe`.
+inline bool has_one_lobe(const Bsdf& bsdf) {
+  return std::visit([](const auto& b) { return b.has_one_lobe(); }, bsdf);
 }
 
 /// About what comes back to wo of even light from everywhere, reflected or passed, without the scaling by 1/eta²; in

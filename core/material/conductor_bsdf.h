@@ -20,6 +20,7 @@ struct ConductorBsdf {
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u) const;
   bool has_smooth_lobes() const { return roughness > 0; }
   bool has_smooth_transmission() const { return false; }
+  bool has_one_lobe() const { return true; }
   Rgb albedo(Vec3 wo) const;
 };
 

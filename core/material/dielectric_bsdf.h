@@ -21,6 +21,7 @@ struct DielectricBsdf {
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u) const;
   bool has_smooth_lobes() const { return roughness > 0; }
   bool has_smooth_transmission() const { return roughness > 0 && !color.is_black(); }
+  bool has_one_lobe() const { return false; }
   Rgb albedo(Vec3 wo) const;
 };
 

@@ -26,6 +26,7 @@ struct DiffuseBsdf {
   }
   bool has_smooth_lobes() const { return !color.is_black(); }
   bool has_smooth_transmission() const { return false; }
+  bool has_one_lobe() const { return true; }
   Rgb albedo(Vec3) const { return color; }
 };
 

@@ -25,6 +25,7 @@ struct MetallicRoughnessBsdf {
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u) const;
   bool has_smooth_lobes() const { return roughness > 0 || metallic < 1; }
   bool has_smooth_transmission() const { return false; }
+  bool has_one_lobe() const { return false; }
   Rgb albedo(Vec3 wo) const;
 };
 

@@ -19,6 +19,7 @@ struct WhittedBsdf {
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u) const;
   bool has_smooth_lobes() const { return !(surface.diffuse.is_black() && surface.specular.is_black()); }
   bool has_smooth_transmission() const { return false; }
+  bool has_one_lobe() const { return false; }
   Rgb albedo(Vec3 wo) const;
 };
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <variant>
 
+#include "core/light/emissive_surface.h"
+#include "core/material/bsdf.h"
+
 namespace tessera {
 namespace {
 
@@ -11,27 +14,18 @@ struct Overloaded : Ts... {
   using Ts::operator()...;
 };
 
-void add(const Surface& surface, Features& to) {
-  const auto whitted = whitted_surface(surface);
+void add(const Material& material, Features& to) {
+  const auto whitted = whitted_surface(material.surface);
   to.only_whitted &= whitted.has_value();
   if (whitted) {
     to.reflection |= !whitted->reflect.is_black();
     to.refraction |= !whitted->transmit.is_black();
   }
-  std::visit(Overloaded{
-                 [&](const WhittedSurface& s) {
-                   to.rough_surfaces |= !s.diffuse.is_black() || !s.specular.is_black();
-                   to.transmission |= !s.transmit.is_black();
-                 },
-                 [&](const Diffuse& s) { to.rough_surfaces |= !s.color.is_black(); },
-                 [&](const Conductor& s) { to.rough_surfaces |= s.roughness > 0; },
-                 [&](const Dielectric& s) {
-                   to.rough_surfaces |= s.roughness > 0;
-                   to.transmission = true;
-                 },
-                 [&](const MetallicRoughness&) { to.rough_surfaces = true; },
-             },
-             surface);
+  for (const bool entering : {true, false}) {
+    const Bsdf bsdf = make_bsdf(material, entering);
+    to.rough_surfaces |= has_smooth_lobes(bsdf);
+    to.transmission |= has_smooth_transmission(bsdf);
+  }
 }
 
 void add(const Light& light, Features& to) {
@@ -39,7 +33,7 @@ void add(const Light& light, Features& to) {
                  [&](const PointLight& l) {
                    to.shadows = true;
                    to.only_physical &= l.falls_off;
-                   to.lights += !l.intensity.is_black();
+                   to.lights += l.falls_off && !l.intensity.is_black();
                  },
                  [&](const DirectionalLight& l) {
                    to.shadows = true;
@@ -71,13 +65,15 @@ Features features_of(const Scene& scene) {
   std::vector<bool> used(scene.materials.size());
   for (const Object& object : scene.objects) {
     used[object.material] = true;
-    if (!scene.materials[object.material].emission.is_black())
-      features.lights += primitive_count(scene.shapes[object.shape]);
+    const Material& material = scene.materials[object.material];
+    const Shape& shape = scene.shapes[object.shape];
+    if (!material.emission.is_black() && material.alpha > 0 && can_be_sampled(shape))
+      features.lights += primitive_count(shape);
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
     const Material& material = scene.materials[i];
-    add(material.surface, features);
+    add(material, features);
     features.emitters |= !material.emission.is_black();
     features.alpha |= material.alpha < 1;
   }
@@ -96,18 +92,6 @@ IntegratorKind chosen_integrator(IntegratorKind asked, const Features& features)
 
 bool traces_paths(IntegratorKind integrator) {
   return integrator == IntegratorKind::path || integrator == IntegratorKind::direct;
-}
-
-bool is_black(const EnvironmentLight& light) {
-  return light.radiance.is_black() || (light.map && std::ranges::all_of(light.map->texels, &Rgb::is_black));
-}
-
-EnvironmentLight environment_of(const Scene& scene) {
-  for (const Light& light : scene.lights)
-    if (const auto* environment = std::get_if<EnvironmentLight>(&light)) return *environment;
-  EnvironmentLight background;
-  background.radiance = scene.background;
-  return background;
 }
 
 }  // namespace tessera

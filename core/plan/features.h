@@ -18,11 +18,11 @@ struct Features {
   bool refraction = false;  ///< or for refracted ones.
 
   bool emitters = false;        ///< An object emits.
-  std::uint64_t lights = 0;     ///< That may be sampled: primitives that emit, and lights that aren't black.
+  std::uint64_t lights = 0;     ///< That `LightTable` may sample: primitives that emit, and lights that aren't black.
   bool sky = false;             ///< What rays see that hit nothing isn't black: the environment, or a sun.
   bool even_sky = true;         ///< It is the same in all directions.
-  bool rough_surfaces = false;  ///< A surface that reflects or transmits into more than single directions.
-  bool transmission = false;    ///< A surface that passes light.
+  bool rough_surfaces = false;  ///< A surface with smooth lobes: lights are sampled there.
+  bool transmission = false;    ///< A surface whose smooth lobes pass light.
   bool alpha = false;           ///< A surface that isn't all there.
 };
 Features features_of(const Scene& scene);
@@ -35,11 +35,5 @@ bool traces_paths(IntegratorKind integrator);
 
 /// Rays in a chain of `IntegratorKind::direct`: to what is seen, and from there to a light.
 inline constexpr std::uint32_t kDirectDepth = 2;
-
-/// Whether no light comes from it: its radiance or all of its map is black.
-bool is_black(const EnvironmentLight& light);
-
-/// What stands for the sky: the scene's environment, or else its background all around.
-EnvironmentLight environment_of(const Scene& scene);
 
 }  // namespace tessera

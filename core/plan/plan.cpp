@@ -131,7 +131,8 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
     skip_feature("light_hierarchy", has.lights != 1,
                  "the feature: one light is all there is, so none has to be picked");
     skip_feature("last_segments", has.emitters || has.sky, "the feature: no ray can meet a light by chance");
-    skip_feature("transmission", has.transmission, "the feature: no surface passes light, so none is lit from behind");
+    skip_feature("transmission", has.transmission,
+                 "the feature: no surface scatters light to its far side, so none is lit from behind");
     skip_feature("alpha", has.alpha, "the feature: all surfaces are opaque");
     skip_feature("sky", !has.even_sky, "the feature: the sky is alike all over, so what sees it alone takes no ray");
   }

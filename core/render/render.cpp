@@ -2,12 +2,14 @@
 
 #include <utility>
 
+#include "core/math/float_environment.h"
 #include "core/render/tile_renderer.h"
 
 namespace tessera {
 namespace {
 
 std::shared_ptr<const LightTable> lights_for(const Plan& plan, const std::shared_ptr<const Scene>& scene) {
+  const StrictFloats strict;
   return needs_lights(plan) ? std::make_shared<const LightTable>(scene) : nullptr;
 }
 

@@ -35,7 +35,7 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
     case IntegratorKind::whitted:
       return std::make_unique<Whitted>(scene, plan.features, *context.accel, plan.max_depth, counts, log);
     case IntegratorKind::ambient_occlusion:
-      return std::make_unique<AmbientOcclusion>(scene, context.accel.get(), context.sampler,
+      return std::make_unique<AmbientOcclusion>(scene, plan.features, context.accel.get(), context.sampler,
                                                 context.settings.ambient_occlusion_reach, counts, log);
     case IntegratorKind::direct:
     case IntegratorKind::path:

@@ -19,7 +19,7 @@ inline constexpr Dimension kGridDimension{4};
 
 /// What is decided at a vertex of a path. Values leave room for pairs.
 enum class Decision : std::uint32_t {
-  light_pick = 0,  ///< One: which light.
+  light_pick = 0,  ///< A pair, joined: which light.
   light = 2,       ///< A pair: where on it.
   bsdf_lobe = 4,   ///< One: which lobe.
   bsdf = 6,        ///< A pair: the direction.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/math/float_environment.h"
 #include "core/math/portable.h"
 
 namespace tessera {
@@ -25,6 +26,7 @@ double default_width(FilterKind kind) { return kind == FilterKind::box ? 1 : 1.5
 }  // namespace
 
 PixelFilter::PixelFilter(FilterKind kind, float width) {
+  const StrictFloats strict;
   const double chosen = width == 0 ? default_width(kind) : width;
   reach_ = kind == FilterKind::box ? chosen / 2 : chosen;
   if (kind == FilterKind::box) return;

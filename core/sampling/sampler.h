@@ -34,6 +34,10 @@ class PathSample {
   bool sobol_;
 };
 
+/// A number in (0, 1) of 46 bits, from a pair of a sample's: one among a million lights of different power may have a
+/// smaller share than 2^-23.
+constexpr double joined(Vec2 pair) { return pair.x + (pair.y - 0.5) * 0x1p-23; }
+
 /// Gives each sample its random numbers: pure functions of (seed, pixel, sample, dimension), from pixel to pixel
 /// independent (law L3). Safe to use from any thread.
 ///

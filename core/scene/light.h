@@ -65,6 +65,9 @@ struct EnvironmentLight {
   std::array<float, 9> to_world{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< A rotation, row by row, of the map's directions.
 };
 
+/// Whether no light comes from it: its radiance or all of its map is black.
+bool is_black(const EnvironmentLight& light);
+
 using Light = std::variant<PointLight, DirectionalLight, AmbientLight, SpotLight, SunLight, EnvironmentLight>;
 
 }  // namespace tessera

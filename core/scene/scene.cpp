@@ -8,6 +8,14 @@
 
 namespace tessera {
 
+EnvironmentLight environment_of(const Scene& scene) {
+  for (const Light& light : scene.lights)
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light)) return *environment;
+  EnvironmentLight background;
+  background.radiance = scene.background;
+  return background;
+}
+
 Scene with_bounds(Scene scene) {
   const StrictFloats strict;
   scene.shape_bounds.clear();

@@ -53,6 +53,9 @@ struct Scene {
   std::vector<Aabb> shape_bounds;  ///< Of each shape, for `local_bounds`; `with_bounds` makes them.
 };
 
+/// What stands for the sky: the scene's environment, or else its background all around.
+EnvironmentLight environment_of(const Scene& scene);
+
 /// `scene` with the boxes of its shapes: the last step for whoever puts a scene together or gives one other shapes.
 Scene with_bounds(Scene scene);
 

@@ -23,7 +23,7 @@ MAY_INCLUDE = {
 # Within core a folder knows itself and the folders before it. Bounds come before geometry: a shape says how it is
 # bounded, and a bound needs points and planes, never a shape.
 CORE_ORDER = [
-    "math", "bounds", "geometry", "scene", "accel", "sampling", "screen", "plan", "light", "material", "integrator",
+    "math", "bounds", "geometry", "scene", "accel", "sampling", "screen", "light", "material", "plan", "integrator",
     "film", "io", "render",
 ]
 

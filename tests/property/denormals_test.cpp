@@ -44,6 +44,28 @@ TEST(Denormals, GiveTheSameImageWhetherOrNotTheyAreFlushed_Stress20) {
     }
 }
 
+/// A lamp whose coordinates, and whose power, are denormal: the table of lights is made of them.
+TEST(Denormals, LightTheSame_Stress20) {
+  if (!FlushToZero::kKnown) GTEST_SKIP() << "no switch to flush to zero is known for this machine";
+  const auto scene = [] {
+    SceneBuilder b;
+    b.material(Material{.surface = Diffuse{{0.7F, 0.6F, 0.5F}}});
+    const auto lamp = b.material(Material{.emission = {5, 5, 5}, .emits_both_sides = true});
+    b.add(Sphere{{0, 0, 0}, 1}).light(PointLight{{0, 3, 3}, {1e-39F, 2e-39F, 1e-39F}});
+    return b.place(b.shape(icosphere(1, 1e-40F)), lamp, placed({5e39, 0, 0, -1, 0, 5e39, 0, 2, 0, 0, 5e39, 1})).build();
+  };
+  Settings settings;
+  settings.width = settings.height = 32;
+  settings.samples = 4;
+  settings.integrator = IntegratorKind::path;
+  settings.filter = FilterKind::gaussian;
+  const Camera camera = PerspectiveCamera{{{0, 0, 6}, {0, 0, 0}, {0, 1, 0}}, 0.9F};
+  const Image kept = render_image(scene(), camera, settings);
+  const auto again = scene();
+  const FlushToZero on;
+  EXPECT_TRUE(same_bytes(kept.pixels, render_image(again, camera, settings).pixels));
+}
+
 TEST(Denormals, FrameASceneTheSame_Stress20) {
   if (!FlushToZero::kKnown) GTEST_SKIP() << "no switch to flush to zero is known for this machine";
   const auto scene = SceneBuilder().add(icosphere(2, 1e-40F)).build();

@@ -158,6 +158,35 @@ TEST(LightAlpha, EmittersShineByTheirShare_Stress80) {
   }
 }
 
+/// Ambient occlusion sees through them, and they hide their share of the sky.
+TEST(LightAlpha, AmbientOcclusionPassesThem_Stress80) {
+  const auto seen = [](bool has_floor, float alpha, int layers, float from) {
+    SceneBuilder b;
+    b.background({8, 8, 8});
+    b.material(Material{.surface = Diffuse{grey(0.5F)}});
+    const auto veils = b.material(Material{.surface = Diffuse{grey(0.5F)}, .alpha = alpha});
+    if (has_floor) b.add(horizontal(1e4F, 0));
+    for (int i = 0; i < layers; ++i) b.add(horizontal(1e4F, 0.3F), veils);
+    Settings settings =
+        light_settings(IntegratorKind::ambient_occlusion, 32, static_cast<std::uint32_t>(effort(16, 256)));
+    settings.aovs = {Aov::alpha};
+    return render_image(b.build(), down_at(0.02F, 0.01F, from, 0.01F), settings).pixels;
+  };
+  const double passed = 1 - double{0.4F};
+  for (const int layers : {1, 3}) {
+    const Extremes beneath = extremes_of(seen(true, 0.4F, layers, 0.1F));
+    EXPECT_NEAR(beneath.least, std::pow(passed, layers), 1e-6);
+    EXPECT_NEAR(beneath.most, std::pow(passed, layers), 1e-6);
+    EXPECT_EQ(extremes_of(seen(true, 0, layers, 1)).least, 1) << "what isn't there at all";
+  }
+  const Moments above = moments_of(seen(true, 0.4F, 1, 1)), over_nothing = moments_of(seen(false, 0.4F, 1, 1));
+  EXPECT_GT(t_test(above, 1 - passed + passed * passed), 1e-3) << above.mean();
+  EXPECT_GT(t_test(over_nothing, 1 - passed + passed * 8), 1e-3) << over_nothing.mean();
+  Moments covered;
+  for (const float part : seen(false, 0.4F, 1, 1).plane<float>(Aov::alpha)) covered.add(part);
+  EXPECT_GT(t_test(covered, 1 - passed), 1e-3) << covered.mean();
+}
+
 /// On a transparent background they show nothing but how much of it they hide.
 TEST(LightAlpha, TransparentImagesTellWhatLayersHide_Stress80) {
   for (const Layers& layers : kLayers) {

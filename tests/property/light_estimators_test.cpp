@@ -262,5 +262,23 @@ TEST(LightEstimators, ErrorsFallAsTheyShould_Stress59) {
   }
 }
 
+/// One light of 2^26 W/sr outshines 2^18 of 1 W/sr at the same place: as each has the same share wherever it is asked
+/// for, a number of 23 bits would always pick the same one of eight.
+TEST(LightEstimators, NoneOfManyDimLightsIsOutOfReach) {
+  constexpr std::uint32_t kDim = 1 << 18;
+  constexpr float kAll = 0x1p26F;
+  SceneBuilder b;
+  b.material(Material{.surface = Diffuse{{1, 1, 1}}});
+  b.add(horizontal(9, 0));
+  const auto light = [&](Rgb intensity) { b.light(PointLight{{0, 0, 1}, intensity}); };
+  light({0, 0, 3 * (kAll - kDim)});
+  // Green are the two in the middle of each eight, between which a coarse number would fall.
+  for (std::uint32_t i = 1; i < kDim; ++i) light(i % 8 == 3 || i % 8 == 4 ? Rgb{0, 3, 0} : Rgb{3, 0, 0});
+  const Pixels seen = render_image(b.build(), down_at(0, 0), light_settings(IntegratorKind::direct, 64, 64)).pixels;
+  const double green = moments_of(seen, &Rgb::g).mean(), red = moments_of(seen, &Rgb::r).mean();
+  EXPECT_GT(red, 0);
+  EXPECT_NEAR(green / (green + red), 0.25, 0.06) << "of about a thousand";
+}
+
 }  // namespace
 }  // namespace tessera

@@ -154,6 +154,41 @@ TEST(Terminator, NothingLeaksIntoAClosedRoom_Stress70) {
     }
 }
 
+/// Nothing stands before a ball, so it sees all of the sky: no face hides what the smooth surface sees.
+TEST(Terminator, AmbientOcclusionSeesTheSmoothBall_Stress71) {
+  Settings settings;
+  settings.width = settings.height = 32;
+  settings.samples = 16;
+  settings.integrator = IntegratorKind::ambient_occlusion;
+  settings.aovs = {Aov::object_id};
+  SceneBuilder b;
+  b.background({1, 1, 1});
+  const Pixels seen = render_image(b.add(smooth_ball(8, 6)).build(), kFromFront, settings).pixels;
+  double sum = 0;
+  for (const Rgb& c : seen.color) sum += c.g;
+  EXPECT_GT(std::ranges::count(seen.plane<std::uint32_t>(Aov::object_id), 0U), 400);
+  EXPECT_GT(sum / static_cast<double>(seen.color.size()), 0.9999);
+}
+
+/// What isn't there at all between the faces and the ball that they stand for hides nothing.
+TEST(Terminator, NothingIsHiddenByWhatIsNotThere_Stress71) {
+  const auto image = [](float veil, float alpha) {
+    SceneBuilder b;
+    b.material(diffuse({1, 1, 1}));
+    b.add(smooth_ball(8, 6)).light(sun({1, -1, 0.3}));
+    Material material;
+    material.alpha = alpha;
+    b.add(Sphere{{0, 0, 0}, veil}, b.material(material));
+    Settings settings;
+    settings.width = settings.height = kSide;
+    settings.jitter = false;
+    settings.integrator = IntegratorKind::direct;
+    return render_image(b.build(), kFromFront, settings).pixels;
+  };
+  EXPECT_TRUE(same_bytes(image(0.98F, 0), image(0.1F, 0)));
+  EXPECT_FALSE(same_bytes(image(0.98F, 0.5F), image(0.1F, 0.5F)));
+}
+
 TEST(Terminator, EveryStructureShowsTheSame_Stress71) {
   SceneBuilder b;
   b.material(diffuse({1, 1, 1}));

@@ -29,6 +29,13 @@ TEST(LightTable, KeepsItsScene) {
   EXPECT_TRUE(table.sample({0, 0, 0}, kUp, 0.5F, {0.5F, 0.5F}));
 }
 
+TEST(LightTable, TheEnvironmentThatCountsIsTheScenes) {
+  SceneBuilder b;
+  b.background({9, 9, 9}).light(EnvironmentLight{.radiance = {1, 2, 3}}).light(EnvironmentLight{.radiance = {4, 5, 6}});
+  const auto scene = b.build();
+  EXPECT_EQ(LightTable(scene).escaped(kUp), environment_of(*scene).radiance);
+}
+
 TEST(LightTable, PointLightsFallOff) {
   const auto scene = SceneBuilder()
                          .light(PointLight{{0, 0, 2}, {4, 8, 12}})

@@ -88,5 +88,25 @@ TEST(Plan, NeedsLightsOnlyWhereAnyMayBeSeen) {
   EXPECT_FALSE(needs_lights(plan_of(IntegratorKind::ambient_occlusion, seen, {1, 1, 1}, {})));
 }
 
+/// What features say of lights and surfaces is what the tracer does with them.
+TEST(Plan, FeaturesAreThoseThatTheTracerSees) {
+  const auto features = [](const Material& material, const Shape& shape = Sphere{}) {
+    SceneBuilder b;
+    b.material(material);
+    return features_of(*b.add(shape).build());
+  };
+  const Conductor metal{{0.2F, 0.9F, 1.1F}, {3.9F, 2.4F, 2.2F}, 0.005F};
+  EXPECT_FALSE(features({metal}).rough_surfaces) << "all but smooth is smooth";
+  EXPECT_FALSE(features({MetallicRoughness{{1, 1, 1}, 1, 0}}).rough_surfaces);
+  EXPECT_TRUE(features({MetallicRoughness{{1, 1, 1}, 1, 0.5F}}).rough_surfaces);
+  EXPECT_FALSE(features({Dielectric{1.0001F, 0.5F}}).rough_surfaces) << "nothing to be rough";
+  EXPECT_FALSE(features({Dielectric{1.5F, 0}}).transmission) << "light is only passed straight";
+  EXPECT_TRUE(features({Dielectric{1.5F, 0.5F}}).transmission);
+  const Material lamp{.emission = {1, 1, 1}};
+  EXPECT_EQ(features(lamp).lights, 1U);
+  EXPECT_EQ(features(lamp, Cylinder{{0, 0, 0}, {0, 0, 1}, 1}).lights, 0U) << "it is met by chance alone";
+  EXPECT_TRUE(features(lamp, Cylinder{{0, 0, 0}, {0, 0, 1}, 1}).emitters);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -150,9 +150,9 @@ void PathTracer::add_escaped(const Path& path, Vec3 direction) {
     if (options_.hides_background) return;
   }
   if (!lights_) return;
-  Rgb radiance = lights_->escaped(direction);
+  auto [radiance, pdf] = lights_->escaped(direction, path.from_normal);
   if (radiance.is_black()) return;
-  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_->pdf_escaped(path.from_normal, direction));
+  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, pdf);
   add(path.sum, path.throughput * radiance);
 }
 

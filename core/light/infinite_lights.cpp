@@ -127,8 +127,4 @@ std::optional<InfiniteLights::Sample> InfiniteLights::sample(Vec3 normal, double
   return suns_.empty() ? from_directional(directional_.back()) : toward_sun(suns_.back());
 }
 
-Rgb InfiniteLights::radiance(Vec3 direction) const { return look_up({}, direction).radiance; }
-
-double InfiniteLights::pdf(Vec3 normal, Vec3 direction) const { return look_up(normal, direction).pdf; }
-
 }  // namespace tessera

@@ -20,8 +20,6 @@ float mis_weight(float drawn, float other) {
   return 1 / (1 + ratio * ratio);
 }
 
-float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
-
 }  // namespace
 
 /// A surface that a path has met.

@@ -6,18 +6,13 @@
 #include <utility>
 
 #include "core/light/emissive_surface.h"
+#include "core/light/illuminate.h"
 #include "core/math/portable_float.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
-
-/// A shadow ray's end and its light's surface are both off by a few roundings of the whole way, so it stops 16 of them
-/// short: a lamp is not in its own shadow.
-constexpr float kJustBeforeLight = 1 - 16 * static_cast<float>(kUnitRoundoff);
-
-double mean(Rgb c) { return (double{c.r} + c.g + c.b) / 3; }
 
 LightBounds bounds_of(const PointLight& light) {
   return {.box = {light.position, light.position}, .intensity = mean(light.intensity)};

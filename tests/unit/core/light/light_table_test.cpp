@@ -136,8 +136,8 @@ TEST(LightTable, Stress74_ASunIsADiskOfItsAngleAndIrradiance) {
     // Its edge is at half the angle.
     const Basis basis = basis_around(center);
     const auto seen_at = [&](double off) {
-      return table.escaped(
-          *UnitVec3::normalize(to_double(basis.z) * std::cos(off) + to_double(basis.x) * std::sin(off)));
+      const Vec3d way = to_double(basis.z) * std::cos(off) + to_double(basis.x) * std::sin(off);
+      return table.escaped(*UnitVec3::normalize(way)).radiance;
     };
     EXPECT_FALSE(seen_at(0.498 * angle).is_black());
     EXPECT_TRUE(seen_at(0.502 * angle).is_black());

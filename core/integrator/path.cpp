@@ -20,8 +20,6 @@ float mis_weight(float drawn, float other) {
   return 1 / (1 + ratio * ratio);
 }
 
-float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
-
 }  // namespace
 
 /// A surface that a path has met.
@@ -150,9 +148,9 @@ void PathTracer::add_escaped(const Path& path, Vec3 direction) {
     if (options_.hides_background) return;
   }
   if (!lights_) return;
-  Rgb radiance = lights_->escaped(direction);
+  auto [radiance, pdf] = lights_->escaped(direction, path.from_normal);
   if (radiance.is_black()) return;
-  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, lights_->pdf_escaped(path.from_normal, direction));
+  if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, pdf);
   add(path.sum, path.throughput * radiance);
 }
 

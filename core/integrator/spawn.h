@@ -26,7 +26,8 @@ PrimitiveId left_by(Vec3 direction, Vec3 normal, PrimitiveId surface);
 
 /// What rays meet that have passed surfaces as if these weren't there: behind `passed` in the order of hits, where
 /// `t_min` is its t. So none is met twice, and of layers that lie on each other, to the last bit or nearly, each is
-/// met. A ray whose `passed` lies at infinity has met nothing yet.
+/// met; but those of one object are one layer, as `Accel::coincident` has it. A ray whose `passed` lies at infinity has
+/// met nothing yet.
 void find_behind(const Accel& accel, std::span<const Ray> rays, std::span<const Hit> passed, std::span<Hit> hits,
                  TraceLog log);
 

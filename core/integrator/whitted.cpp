@@ -16,8 +16,6 @@ Ray leaving(Vec3 origin, Vec3 direction, Vec3 normal, PrimitiveId surface) {
   return {origin, direction, 0, kInfinity, left_by(direction, normal, surface)};
 }
 
-float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
-
 /// The first one's part of the rays that two branches may lead to. What a branch loses falls with the rays that it
 /// gets, and weighs what the branch weighs: the sum of both is smallest where they share by the roots of the weights.
 /// An eighth is for the lesser one in any case, so that no ray is missing down to a depth of 5.

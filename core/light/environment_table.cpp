@@ -15,8 +15,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kWhole = 0x1p32;
 
-double mean(Rgb c) { return (double{c.r} + c.g + c.b) / 3; }
-
 Rgb mix(Rgb a, Rgb b, float share_of_b) { return a * (1 - share_of_b) + b * share_of_b; }
 double mix(double a, double b, double share_of_b) { return a * (1 - share_of_b) + b * share_of_b; }
 

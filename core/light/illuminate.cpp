@@ -1,14 +1,6 @@
 #include "core/light/illuminate.h"
 
 namespace tessera {
-namespace {
-
-/// The ray to a point light ends where t = 1. Both its end and a surface that carries the light are off by a few
-/// roundings of the whole way, so it stops 16 of them short: a lamp is not in its own shadow.
-constexpr float kJustBeforeLight = 1 - 16 * static_cast<float>(kUnitRoundoff);
-
-}  // namespace
-
 Illumination illuminate(const PointLight& light, Vec3 point) {
   const Vec3d way = to_double(light.position) - to_double(point);
   const auto direction = UnitVec3::normalize(way);

@@ -2,9 +2,14 @@
 
 #include "core/math/ray.h"
 #include "core/math/rgb.h"
+#include "core/math/rounding.h"
 #include "core/scene/light.h"
 
 namespace tessera {
+
+/// A shadow ray's end and its light's surface are both off by a few roundings of the whole way, so it stops 16 of them
+/// short: a lamp is not in its own shadow.
+inline constexpr float kJustBeforeLight = 1 - 16 * static_cast<float>(kUnitRoundoff);
 
 /// What a light sends to a point if nothing stands in between.
 struct Illumination {

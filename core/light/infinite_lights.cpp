@@ -14,8 +14,6 @@ constexpr double kPi = std::numbers::pi;
 /// A sun with a smaller diameter is a directional light: unit directions of floats are hardly finer.
 constexpr float kSmallestSun = 1e-5F;
 
-double mean(Rgb c) { return (double{c.r} + c.g + c.b) / 3; }
-
 Vec3 times(const std::array<float, 9>& m, Vec3 v) {
   return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
           m[6] * v.x + m[7] * v.y + m[8] * v.z};
@@ -126,9 +124,5 @@ std::optional<InfiniteLights::Sample> InfiniteLights::sample(Vec3 normal, double
   // The shares' rounding has left this pick over.
   return suns_.empty() ? from_directional(directional_.back()) : toward_sun(suns_.back());
 }
-
-Rgb InfiniteLights::radiance(Vec3 direction) const { return look_up({}, direction).radiance; }
-
-double InfiniteLights::pdf(Vec3 normal, Vec3 direction) const { return look_up(normal, direction).pdf; }
 
 }  // namespace tessera

@@ -35,11 +35,12 @@ class InfiniteLights {
   /// Precondition: there are lights.
   std::optional<Sample> sample(Vec3 normal, double pick, Vec2 u) const;
 
+  struct Value {
+    Rgb radiance;
+    double pdf;  ///< Of `sample`, directional lights left out.
+  };
   /// What comes from a direction (unit).
-  Rgb radiance(Vec3 direction) const;
-
-  /// The density of `sample` there, directional lights left out.
-  double pdf(Vec3 normal, Vec3 direction) const;
+  Value look_up(Vec3 normal, Vec3 direction) const { return look_up(normal, direction, nullptr); }
 
  private:
   struct Sun {
@@ -54,16 +55,12 @@ class InfiniteLights {
     Rgb irradiance;
     double share;
   };
-  struct Value {
-    Rgb radiance;
-    double pdf;
-  };
 
   void add(const DirectionalLight& light);
   void add(const SunLight& light);
   void add(const EnvironmentLight& light);
   /// `within` holds the direction even where rounding has it beside its edge.
-  Value look_up(Vec3 normal, Vec3 direction, const Sun* within = nullptr) const;
+  Value look_up(Vec3 normal, Vec3 direction, const Sun* within) const;
   Value environment(Vec3 normal, Vec3 direction) const;
   Vec3 sample_environment(Vec3 normal, Vec2 u) const;
 

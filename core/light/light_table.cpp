@@ -6,18 +6,13 @@
 #include <utility>
 
 #include "core/light/emissive_surface.h"
+#include "core/light/illuminate.h"
 #include "core/math/portable_float.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
-
-/// A shadow ray's end and its light's surface are both off by a few roundings of the whole way, so it stops 16 of them
-/// short: a lamp is not in its own shadow.
-constexpr float kJustBeforeLight = 1 - 16 * static_cast<float>(kUnitRoundoff);
-
-double mean(Rgb c) { return (double{c.r} + c.g + c.b) / 3; }
 
 LightBounds bounds_of(const PointLight& light) {
   return {.box = {light.position, light.position}, .intensity = mean(light.intensity)};
@@ -32,10 +27,8 @@ LightBounds bounds_of(const SpotLight& light) {
           mean(light.intensity)};
 }
 
-/// What is left of a spot's intensity in a direction (unit) from it.
-double falloff(const SpotLight& light, Vec3d direction) {
-  const double cosine = dot(direction, to_double(light.direction));
-  const double outer = portable_sin_cos(light.outer_angle).cos, inner = portable_sin_cos(light.inner_angle).cos;
+/// What is left of a spot's intensity at an angle from its axis, all by their cosines.
+double falloff(double cosine, double inner, double outer) {
   if (cosine <= outer) return 0;
   if (cosine >= inner) return 1;
   const double x = (cosine - outer) / (inner - outer);
@@ -44,7 +37,7 @@ double falloff(const SpotLight& light, Vec3d direction) {
 
 /// From a place, when a share of the intensity goes that way.
 template <typename Falloff>
-std::optional<LightSample> sample_point(Vec3 position, Rgb intensity, Vec3d from, Falloff falloff) {
+std::optional<LightSample> sample_at(Vec3 position, Rgb intensity, Vec3d from, Falloff falloff) {
   const Vec3d way = to_double(position) - from;
   const double square = dot(way, way), distance = std::sqrt(square);
   const auto direction = UnitVec3::normalize(way);
@@ -52,13 +45,6 @@ std::optional<LightSample> sample_point(Vec3 position, Rgb intensity, Vec3d from
   const Rgb irradiance = intensity * static_cast<float>(falloff(way / -distance) / square);
   if (irradiance.is_black() || !is_finite(irradiance)) return std::nullopt;
   return LightSample{*direction, static_cast<float>(distance), irradiance, 1, true, to_double(position), kNoPrimitive};
-}
-
-std::optional<LightSample> sample_light(const Light& light, Vec3d from) {
-  if (const auto* point = std::get_if<PointLight>(&light))
-    return sample_point(point->position, point->intensity, from, [](Vec3d) { return 1.0; });
-  const auto& spot = std::get<SpotLight>(light);
-  return sample_point(spot.position, spot.intensity, from, [&](Vec3d way) { return falloff(spot, way); });
 }
 
 }  // namespace
@@ -120,7 +106,10 @@ LightTree LightTable::gather_near() {
     const auto* point = std::get_if<PointLight>(&scene_->lights[i]);
     const auto* spot = std::get_if<SpotLight>(&scene_->lights[i]);
     if (point && point->falls_off) add({kNone, i}, bounds_of(*point));
-    if (spot) add({kNone, i}, bounds_of(*spot));
+    if (!spot) continue;
+    add({kNone, i}, bounds_of(*spot));
+    spots_.resize(scene_->lights.size());
+    spots_[i] = {portable_sin_cos(spot->inner_angle).cos, portable_sin_cos(spot->outer_angle).cos};
   }
   for (std::uint32_t i = 0; i < scene_->objects.size(); ++i) {
     const Object& object = scene_->objects[i];
@@ -159,11 +148,20 @@ std::optional<LightSample> LightTable::sample_far(Vec3 normal, double pick, Vec2
                      found->is_delta,  {},        kNoPrimitive};
 }
 
+std::optional<LightSample> LightTable::sample_point(std::uint32_t light, Vec3d from) const {
+  if (const auto* point = std::get_if<PointLight>(&scene_->lights[light]))
+    return sample_at(point->position, point->intensity, from, [](Vec3d) { return 1.0; });
+  const auto& spot = std::get<SpotLight>(scene_->lights[light]);
+  const auto [inner, outer] = spots_[light];
+  return sample_at(spot.position, spot.intensity, from,
+                   [&](Vec3d way) { return falloff(dot(way, to_double(spot.direction)), inner, outer); });
+}
+
 std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const {
   const auto [light, probability] = near_.pick(from, normal, pick);
   const PrimitiveId source = sources_[light];
   if (source.object == kNone) {
-    auto found = sample_light(scene_->lights[source.primitive], from);
+    auto found = sample_point(source.primitive, from);
     if (found) found->pdf = static_cast<float>(probability);
     return found;
   }
@@ -226,8 +224,9 @@ float LightTable::pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId p
   return static_cast<float>(std::min(pdf * probability * (1 - far_share_), double{std::numeric_limits<float>::max()}));
 }
 
-float LightTable::pdf_escaped(Vec3 normal, Vec3 direction) const {
-  return far_share_ == 0 ? 0 : static_cast<float>(far_share_ * far_.pdf(normal, direction));
+LightTable::Escaped LightTable::escaped(Vec3 direction, Vec3 normal) const {
+  const InfiniteLights::Value value = far_.look_up(normal, direction);
+  return {value.radiance, static_cast<float>(far_share_ * value.pdf)};
 }
 
 }  // namespace tessera

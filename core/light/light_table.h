@@ -64,17 +64,20 @@ class LightTable {
   /// Whether a ray can meet an object that emits; false only where it can't.
   bool may_meet(const Ray& ray) const;
 
+  struct Escaped {
+    Rgb radiance;
+    float pdf;  ///< With which `sample` gives that direction, infinitely far away. Finite.
+  };
   /// What a ray that meets nothing sees, `direction` being unit.
-  Rgb escaped(Vec3 direction) const { return far_.radiance(direction); }
-
-  /// The density with which `sample` gives that direction, infinitely far away. Finite.
-  float pdf_escaped(Vec3 normal, Vec3 direction) const;
+  Escaped escaped(Vec3 direction, Vec3 normal = {}) const;
 
  private:
   void gather_emitters();
   /// Fills the sources.
   LightTree gather_near();
   std::optional<LightSample> sample_far(Vec3 normal, double pick, Vec2 u) const;
+  /// Of a light of the scene that is near.
+  std::optional<LightSample> sample_point(std::uint32_t light, Vec3d from) const;
   std::optional<LightSample> sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const;
 
   std::shared_ptr<const Scene> scene_;
@@ -87,6 +90,10 @@ class LightTable {
   std::vector<std::uint32_t> first_;  ///< For each object the source that its first primitive is, or none.
   std::vector<Aabb> emitters_;        ///< Boxes of objects that emit, with room for all roundings; one for all if many.
   std::vector<WorldTriangle> triangles_;  ///< For each source; empty where none is a mesh's triangle.
+  struct SpotCosines {
+    double inner, outer;
+  };
+  std::vector<SpotCosines> spots_;        ///< For each light of the scene; empty where none is a spot.
   std::vector<Transform::Error> errors_;  ///< For each object that emits, of its placement.
   LightTree near_;
   double far_share_;

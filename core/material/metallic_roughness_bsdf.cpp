@@ -57,8 +57,6 @@ float base_mean(float roughness) {
   return kBaseMeans[i] + (kBaseMeans[i + 1] - kBaseMeans[i]) * (at - static_cast<float>(i));
 }
 
-float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
-
 /// What is the same for all wi.
 struct View {
   Highlight highlight;

@@ -34,8 +34,6 @@ Lobes lobes_of(const WhittedBsdf& bsdf, Vec3 wo) {
   return lobes;
 }
 
-float largest(Rgb c) { return std::max({c.r, c.g, c.b}); }
-
 /// The probabilities of choosing them; all 0 of a black surface.
 struct Shares {
   float diffuse, specular, mirrored, bent;

@@ -57,6 +57,7 @@ struct Material {
   Rgb emission{};                 ///< Radiance that it sends out by itself, alike in all directions, W/(sr m²); ≥ 0.
   bool emits_both_sides = false;  ///< Otherwise on the side of the geometric normal alone.
   float alpha = 1;                ///< The share of light that meets it; the rest passes as if it weren't there.
+                                  ///< Triangles of one mesh that coincide are one layer.
 };
 
 /// The surface as Whitted's: his own, or one that is a special case of it: diffuse, or smooth and dielectric. Nothing

@@ -82,8 +82,9 @@ class ShadedPoint {
       pdf = lights_.pdf_hit(shading_.surface.position, {}, direction, {hit->object, hit->primitive},
                             length(there.position - shading_.surface.position), there.geometric_normal);
     } else {
-      radiance = lights_.escaped(direction);
-      pdf = lights_.pdf_escaped({}, direction);
+      const auto far = lights_.escaped(direction);
+      radiance = far.radiance;
+      pdf = far.pdf;
     }
     const double weight = way == Way::both && !chosen->is_delta ? chosen->pdf / (double{chosen->pdf} + pdf) : 1;
     return weight * chosen->weight.g * radiance.g;

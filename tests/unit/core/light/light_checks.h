@@ -71,7 +71,7 @@ inline std::optional<Met> meet(const Scene& scene, Vec3 origin, Vec3 direction) 
 /// The density that a table claims for a direction: of what a ray meets there, or of what lies behind all.
 inline double claimed_pdf(const LightTable& table, const Scene& scene, Vec3 from, Vec3 normal, Vec3 direction) {
   const auto met = meet(scene, from, direction);
-  if (!met) return table.pdf_escaped(normal, direction);
+  if (!met) return table.escaped(direction, normal).pdf;
   if (table.emitted(met->primitive, direction, met->normal).is_black()) return 0;
   return table.pdf_hit(to_double(from), normal, direction, met->primitive, met->distance, met->normal);
 }
@@ -79,7 +79,7 @@ inline double claimed_pdf(const LightTable& table, const Scene& scene, Vec3 from
 /// The radiance that a direction really brings.
 inline Rgb seen(const LightTable& table, const Scene& scene, Vec3 from, Vec3 direction) {
   const auto met = meet(scene, from, direction);
-  return met ? table.emitted(met->primitive, direction, met->normal) : table.escaped(direction);
+  return met ? table.emitted(met->primitive, direction, met->normal) : table.escaped(direction).radiance;
 }
 
 /// The directions of a cone, cut into cells of equal solid angle.

@@ -172,7 +172,7 @@ void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
 
 void PathTracer::sample_light(const Path& path, const Vertex& at) {
   if (!lights_ || lights_->empty() || !has_smooth_lobes(at.bsdf)) return;
-  const double pick = lights_->count() == 1 ? 0 : joined(path.numbers.two(dimension(vertex_, Decision::light_pick)));
+  const float pick = lights_->count() == 1 ? 0.5F : path.numbers.one(dimension(vertex_, Decision::light_pick));
   const auto light = lights_->sample(at.shading.surface.position, at.light_normal, pick,
                                      path.numbers.two(dimension(vertex_, Decision::light)));
   if (!light) return;

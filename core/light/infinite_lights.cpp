@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/math/portable.h"
+#include "core/sampling/warp.h"
 
 namespace tessera {
 namespace {
@@ -117,10 +118,16 @@ std::optional<InfiniteLights::Sample> InfiniteLights::sample(Vec3 normal, double
     pick -= light.share;
   }
   for (const Sun& sun : suns_) {
-    if (pick < sun.share) return toward_sun(sun);
+    if (pick < sun.share) {
+      u.x = below_one(pick / sun.share);
+      return toward_sun(sun);
+    }
     pick -= sun.share;
   }
-  if (has_environment_) return toward(sample_environment(normal, u));
+  if (has_environment_) {
+    u.x = below_one(pick / environment_share_);
+    return toward(sample_environment(normal, u));
+  }
   // The shares' rounding has left this pick over.
   return suns_.empty() ? from_directional(directional_.back()) : toward_sun(suns_.back());
 }

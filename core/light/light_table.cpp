@@ -8,6 +8,8 @@
 #include "core/light/emissive_surface.h"
 #include "core/light/illuminate.h"
 #include "core/math/portable_float.h"
+#include "core/sampling/sampler.h"
+#include "core/sampling/warp.h"
 
 namespace tessera {
 namespace {
@@ -129,11 +131,12 @@ LightTree LightTable::gather_near() {
   return LightTree(bounds);
 }
 
-std::optional<LightSample> LightTable::sample(Vec3d from, Vec3 normal, double pick, Vec2 u) const {
+std::optional<LightSample> LightTable::sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const {
   if (empty()) return std::nullopt;
-  const bool far = pick < far_share_;
+  const double x = std::clamp(joined({u.x, pick}), 0.0, 1 - 0x1p-53);
+  const bool far = x < far_share_;
   const double share = far ? far_share_ : 1 - far_share_;
-  const double rest = (far ? pick : pick - far_share_) / share;
+  const double rest = (far ? x : x - far_share_) / share;
   auto found = far ? sample_far(normal, rest, u) : sample_near(from, normal, rest, u);
   if (!found) return std::nullopt;
   found->pdf = static_cast<float>(found->pdf * share);
@@ -158,7 +161,8 @@ std::optional<LightSample> LightTable::sample_point(std::uint32_t light, Vec3d f
 }
 
 std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const {
-  const auto [light, probability] = near_.pick(from, normal, pick);
+  const auto [light, probability, rest] = near_.pick(from, normal, pick);
+  u.x = below_one(rest);
   const PrimitiveId source = sources_[light];
   if (source.object == kNone) {
     auto found = sample_point(source.primitive, from);

@@ -45,8 +45,10 @@ class LightTable {
   /// How many lights may be picked.
   std::uint64_t count() const { return std::uint64_t{near_.size()} + far_.size(); }
 
-  /// `pick` in [0, 1), `u` in [0, 1)². Nothing when what these fall on sends nothing to that point.
-  std::optional<LightSample> sample(Vec3d from, Vec3 normal, double pick, Vec2 u) const;
+  /// `u` in [0, 1)², and `pick` in [0, 1), what follows u.x beyond the precision of floats. u.x picks the light, and
+  /// what is left of it within what is that light's takes its place: so pairs that are well spread are so over all
+  /// lights together. Nothing when what these fall on sends nothing to that point.
+  std::optional<LightSample> sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const;
 
   /// From a point beside the surface that `from` lay on: occluded exactly when something stands between it and the
   /// light; the light itself doesn't. Its direction isn't of length 1.

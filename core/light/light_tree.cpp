@@ -123,7 +123,7 @@ LightTree::Shares LightTree::shares(const Node& node, Vec3d point, Vec3d normal)
 }
 
 LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
-  if (nodes_.empty()) return {only_, 1};
+  if (nodes_.empty()) return {only_, 1, pick};
   const Vec3d side = to_double(normal);
   double probability = 1;
   std::uint32_t link = 0;
@@ -135,7 +135,7 @@ LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
     probability *= share.of[second];
     link = node.branches[second].link;
   } while (!(link & kIsLight));
-  return {link & kIndex, probability};
+  return {link & kIndex, probability, pick};
 }
 
 double LightTree::probability(std::uint32_t light, Vec3d point, Vec3 normal) const {

@@ -23,6 +23,7 @@ class LightTree {
   struct Picked {
     std::uint32_t light;  ///< Its place among those that the tree was made of.
     double probability;
+    double rest;  ///< Where `pick` fell within what is that light's, in [0, 1): evenly distributed again.
   };
   /// The light that `pick`, in [0, 1), falls on. `normal` is unit where only light from its side counts, and zero
   /// otherwise. Precondition: there is a light to pick.

@@ -19,8 +19,8 @@ inline constexpr Dimension kGridDimension{4};
 
 /// What is decided at a vertex of a path. Values leave room for pairs.
 enum class Decision : std::uint32_t {
-  light_pick = 0,  ///< A pair, joined: which light.
-  light = 2,       ///< A pair: where on it.
+  light_pick = 0,  ///< One, joined with the first of the next pair: which light.
+  light = 2,       ///< A pair: where on it, once the first number has picked it.
   bsdf_lobe = 4,   ///< One: which lobe.
   bsdf = 6,        ///< A pair: the direction.
   roulette = 8,    ///< One: whether the path goes on.

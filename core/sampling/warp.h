@@ -14,6 +14,9 @@ namespace tessera {
 // spread well stay so. Directions have length 1 to rounding and are local, around +z. Densities of directions are per
 // solid angle. All are pure and the same on every machine; NaN in, NaN out.
 
+/// As a float in [0, 1). Precondition: x in [0, 1].
+constexpr float below_one(double x) { return static_cast<float>(x < 1 - 0x1p-24 ? x : 1 - 0x1p-24); }
+
 /// Uniform in the disk of radius 1, the concentric map (Shirley & Chiu 1997): the square's centre becomes the disk's.
 inline Vec2 uniform_disk(Vec2 u) {
   const float x = 2 * u.x - 1, y = 2 * u.y - 1;

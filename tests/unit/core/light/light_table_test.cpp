@@ -31,7 +31,12 @@ TEST(LightTable, KeepsItsScene) {
 
 TEST(LightTable, TheEnvironmentThatCountsIsTheScenes) {
   SceneBuilder b;
-  b.background({9, 9, 9}).light(EnvironmentLight{.radiance = {1, 2, 3}}).light(EnvironmentLight{.radiance = {4, 5, 6}});
+  const auto sky = [](Rgb radiance) {
+    EnvironmentLight light;
+    light.radiance = radiance;
+    return light;
+  };
+  b.background({9, 9, 9}).light(sky({1, 2, 3})).light(sky({4, 5, 6}));
   const auto scene = b.build();
   EXPECT_EQ(LightTable(scene).escaped(kUp).radiance, environment_of(*scene).radiance);
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/single_flight.h"
@@ -9,9 +10,14 @@
 namespace tessera::server {
 
 /// An image as it is sent.
-using EncodedImage = std::shared_ptr<const std::vector<std::byte>>;
+struct SentImage {
+  std::vector<std::byte> bytes;
+  std::string etag;
+};
+using EncodedImage = std::shared_ptr<const SentImage>;
 
-/// Encoded images. A key begins with the job's id and says all that the bytes depend on.
+/// Encoded images. A key begins with the job's id and says all that the bytes depend on; of an image that isn't
+/// complete, they may be of a later moment than the key, which their ETag tells.
 class ImageCache : public SingleFlight<EncodedImage> {
  public:
   using SingleFlight::SingleFlight;

@@ -182,7 +182,7 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   run->passes.emplace(settings, is_noiseless(*run->context));
   run->job.progress->set_passes(run->passes->report());
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
-  run->rendering = std::chrono::steady_clock::now();
+  run->rendering = clock_();
   begin_pass(run);
 }
 
@@ -219,7 +219,7 @@ bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) 
 }
 
 void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - run->rendering;
+  const std::chrono::duration<double> spent = clock_() - run->rendering;
   const bool goes_on = run->passes->next(spent.count());
   run->job.progress->set_passes(run->passes->report());
   if (goes_on) return begin_pass(run);

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "core/scene/scene.h"
 #include "server/job_table.h"
@@ -15,8 +18,12 @@ namespace tessera::server {
 /// the way fails the job and nothing else. Safe to call from any number of threads.
 class JobRunner {
  public:
-  JobRunner(Scheduler& scheduler, StructureCache& structures, JobTable& jobs)
-      : scheduler_(scheduler), structures_(structures), jobs_(jobs) {}
+  /// Tells how long a job has been rendering; called by any thread.
+  using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
+  JobRunner(Scheduler& scheduler, StructureCache& structures, JobTable& jobs,
+            Clock clock = std::chrono::steady_clock::now)
+      : scheduler_(scheduler), structures_(structures), jobs_(jobs), clock_(std::move(clock)) {}
 
   /// Starts a job that the table has admitted, for this scene seen through this camera. If that fails, so does the job.
   void start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
@@ -42,6 +49,7 @@ class JobRunner {
   Scheduler& scheduler_;
   StructureCache& structures_;
   JobTable& jobs_;
+  const Clock clock_;
 };
 
 }  // namespace tessera::server

@@ -9,6 +9,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "proto/wire/abandoned.h"
+
 namespace tessera::server {
 using proto::JobState;
 using proto::Problem;
@@ -68,7 +70,7 @@ std::string JobTable::new_id() {
 
 std::uint64_t JobTable::leaving() {
   std::erase_if(leaving_, [](const auto& film) { return film.first.expired(); });
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = copies_bytes_;
   for (const auto& film : leaving_) bytes += film.second;
   return bytes;
 }
@@ -289,6 +291,23 @@ proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id)
   return Problem{ProblemCode::image_not_ready,
                  "The job is " + std::string(proto::name(job.view.state)) + "; there is nothing of its image.",
                  {}};
+}
+
+JobTable::CopyRoom::CopyRoom(JobTable& table, std::uint64_t bytes, const std::stop_token& unwanted)
+    : table_(table), bytes_(bytes) {
+  std::unique_lock lock(table_.mutex_);
+  const auto has_room = [&] {
+    return table_.copies_bytes_ == 0 ||
+           table_.taken() + table_.ended_bytes_ + table_.leaving() + bytes_ <= table_.limits_.film_bytes;
+  };
+  if (!table_.copy_gone_.wait(lock, unwanted, has_room)) throw proto::Abandoned();
+  table_.copies_bytes_ += bytes_;
+}
+
+JobTable::CopyRoom::~CopyRoom() {
+  const std::lock_guard lock(table_.mutex_);
+  table_.copies_bytes_ -= bytes_;
+  table_.copy_gone_.notify_all();
 }
 
 std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, std::optional<JobState> state) const {

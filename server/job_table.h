@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <list>
 #include <map>
@@ -78,6 +79,20 @@ class JobTable {
   /// `image_not_ready` when there is nothing of it, `not_found` for an unknown id.
   proto::Result<std::shared_ptr<const Film>> film(const std::string& id) const;
 
+  /// Memory for a copy of an image, counted with the images as long as this lives. Waits while there is no room for it
+  /// and another copy is there, so that one always can be; throws `Abandoned` once `unwanted` is requested meanwhile.
+  /// Who has one waits for nobody.
+  class CopyRoom {
+   public:
+    CopyRoom(JobTable& table, std::uint64_t bytes, const std::stop_token& unwanted);
+    ~CopyRoom();
+    CopyRoom(const CopyRoom&) = delete;
+
+   private:
+    JobTable& table_;
+    std::uint64_t bytes_;
+  };
+
   /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given.
   std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state) const;
 
@@ -110,7 +125,7 @@ class JobTable {
   void drop_film(Job& job, Films& dropped);
   /// Drops films of jobs that have ended until there is room for one of so many bytes, or none is left.
   void make_room(std::uint64_t film, Films& dropped);
-  /// Bytes of films that have been dropped and aren't gone yet, because they are being read.
+  /// Bytes of films that have been dropped and aren't gone yet, because they are being read, and of copies.
   std::uint64_t leaving();
   /// Why no job with such a film is admitted.
   std::optional<proto::Problem> refusal_of(std::uint64_t film) const;
@@ -127,6 +142,8 @@ class JobTable {
   std::uint64_t ended_bytes_ = 0;        ///< and of films of those that have.
   std::vector<std::pair<std::weak_ptr<const Film>, std::uint64_t>> leaving_;
   const std::shared_ptr<std::atomic<std::uint64_t>> passes_bytes_ = std::make_shared<std::atomic<std::uint64_t>>(0);
+  std::uint64_t copies_bytes_ = 0;
+  std::condition_variable_any copy_gone_;
   std::uint32_t unfinished_ = 0;
   std::uint64_t last_time_ = 0;
   bool closed_ = false;

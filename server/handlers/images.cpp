@@ -44,10 +44,11 @@ bool covers(std::string_view if_none_match, std::string_view etag) {
   return false;
 }
 
-/// A job's image. What there is of one that isn't complete is copied, as tiles go on to be stored.
+/// A job's image, and what is asked for of it.
 struct Picture {
+  std::string job;
   std::shared_ptr<const Film> film;
-  std::shared_ptr<const Film::Snapshot> so_far;  ///< Null where the image is complete.
+  bool complete;
   ImageChoice choice;
 };
 
@@ -86,13 +87,28 @@ std::string etag_of(const std::string& key) {
   return '"' + proto::content_hash(key + " tessera " TESSERA_VERSION) + '"';
 }
 
-EncodedImage encode_picture(const Picture& picture, const std::stop_token& unwanted) {
-  const Film::Snapshot* so_far = picture.so_far.get();
+EncodedImage encode_picture(const Picture& picture, const Film::Snapshot* so_far, const std::stop_token& unwanted) {
   auto encoded = encode(so_far ? so_far->pixels : picture.film->pixels(), picture.choice.plane, picture.choice.encoding,
                         so_far ? &so_far->is_there : nullptr, unwanted);
-  if (encoded) return std::make_shared<const std::vector<std::byte>>(*std::move(encoded));
+  if (encoded) {
+    const auto* versions = so_far ? &so_far->versions : nullptr;
+    return std::make_shared<const SentImage>(
+        SentImage{*std::move(encoded), etag_of(key_of(picture.job, picture.choice, versions))});
+  }
   if (unwanted.stop_requested()) throw proto::Abandoned();
   throw std::logic_error("an image was to be encoded that its format can't hold");
+}
+
+/// What there is of an image that isn't complete is copied to be encoded, as tiles go on to be stored.
+EncodedImage encode_picture(JobTable& jobs, const Picture& picture, const std::stop_token& unwanted) {
+  if (picture.complete) return encode_picture(picture, nullptr, unwanted);
+  const std::set<Aov> aovs = aovs_of(picture.choice.plane, picture.film->pixels().aovs());
+  const PixelRect& rect = picture.film->pixels().rect;
+  const auto pixels = static_cast<std::uint64_t>(rect.area());
+  const auto width = static_cast<std::uint64_t>(rect.width());
+  const JobTable::CopyRoom room(jobs, Film::memory_bytes(width, pixels / width, aovs) + pixels, unwanted);
+  const Film::Snapshot so_far = picture.film->snapshot(aovs);
+  return encode_picture(picture, &so_far, unwanted);
 }
 
 }  // namespace
@@ -110,31 +126,21 @@ Response fetch_image(Services& services, Request& request) {
   auto film = services.jobs.film(job->id);
   if (!film) return problem_response(film.problem());
 
-  Picture picture{*std::move(film), nullptr, *choice};
   const bool complete = job->image == ImageState::complete;
+  const Picture picture{job->id, *std::move(film), complete, *choice};
   if (!complete && FileBudget::is_limited() && picture.film->tile_count() > kQuickTiles) throw TooHeavy{};
   std::vector<std::uint32_t> versions;
   if (!complete) versions = picture.film->versions();
-  std::string key = key_of(job->id, *choice, complete ? nullptr : &versions);
-  std::string etag = etag_of(key);
+  const std::string key = key_of(job->id, *choice, complete ? nullptr : &versions);
+  const std::string etag = etag_of(key);
   Response response;
-  const auto say_what_it_is = [&] {
-    response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
-  };
-  say_what_it_is();
+  response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
   if (covers(request.header("if-none-match").value_or(""), etag)) {
     response.status = 304;
     return response;
   }
   auto image = services.images.find(key);
   if (!image && FileBudget::is_limited() && !request.is_head) throw TooHeavy{};  // Encoding is for the slow lane.
-  if (!image && !request.is_head && !complete) {
-    picture.so_far = std::make_shared<const Film::Snapshot>(
-        picture.film->snapshot(aovs_of(choice->plane, picture.film->pixels().aovs())));
-    key = key_of(job->id, *choice, &picture.so_far->versions);  // More may have been stored meanwhile.
-    etag = etag_of(key);
-    say_what_it_is();
-  }
   response.headers.emplace_back("Content-Type", choice->format.media_type);
   if (!image && request.is_head) {  // Its length isn't worth encoding it.
     response.has_length = false;
@@ -142,15 +148,16 @@ Response fetch_image(Services& services, Request& request) {
   }
   if (!image) {
     const auto make = [&](const std::stop_token& unwanted) {
-      EncodedImage made = encode_picture(picture, unwanted);
+      EncodedImage made = encode_picture(services.jobs, picture, unwanted);
       spdlog::debug("job {}: encoded as {}", job->id, choice->format.name);
       // Of an image that goes on to grow, this will hardly be asked for again.
-      const auto bytes = proto::has_ended(job->state) ? std::optional(made->size()) : std::nullopt;
+      const auto bytes = proto::has_ended(job->state) ? std::optional(made->bytes.size()) : std::nullopt;
       return ImageCache::Made{std::move(made), bytes};
     };
     image = services.images.get(key, make, request.abandoned);
   }
-  response.shared_body = *std::move(image);
+  response.headers.front().second = (*image)->etag;  // More may have been stored meanwhile.
+  response.shared_body = {*image, &(*image)->bytes};
   return response;
 }
 

@@ -1,5 +1,6 @@
 #include "server/job_runner.h"
 
+#include <atomic>
 #include <future>
 #include <new>
 #include <stdexcept>
@@ -137,6 +138,25 @@ TEST_F(JobRunnerTest, EndsInTime) {
   EXPECT_EQ(status.ended_by, "seconds");
   EXPECT_GE(status.samples_per_pixel.least, 1U);
   for (const std::uint32_t version : (*jobs_.film(job.id))->versions()) EXPECT_GE(version, 1U);
+}
+
+/// Each pass takes a second of a clock of our own, however long it is.
+TEST_F(JobRunnerTest, PassesFillTheTimeThatThereIs) {
+  std::atomic<int> readings{0};
+  JobRunner runner(scheduler_, structures_, jobs_,
+                   [&] { return std::chrono::steady_clock::time_point(std::chrono::seconds(readings++)); });
+  JobOrder order{"", "sha256:0", 0, {}};
+  order.settings.width = order.settings.height = 32;
+  order.settings.samples = 1 << 20;
+  order.settings.seconds = 10;
+  const auto admitted = jobs_.add(order);
+  runner.start(*admitted, order, scene_, frame_scene(*scene_, 32, 32));
+  const proto::JobStatus status = status_of(ended(admitted->id), JobTimes::Clock::now());
+  EXPECT_EQ(status.ended_by, "seconds");
+  EXPECT_EQ(status.passes, 10U) << "a pass a second";
+  EXPECT_EQ(readings, 11) << "when it begins, and after each";
+  EXPECT_GT(status.samples_per_pixel.least, 10U);
+  EXPECT_EQ(status.samples_done, 32U * 32 * status.samples_per_pixel.least);
 }
 
 TEST_F(JobRunnerTest, MemoryOfPassesIsThereAgainWhenAJobHasEnded) {

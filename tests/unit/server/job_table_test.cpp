@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "proto/wire/abandoned.h"
+
 namespace tessera::server {
 namespace {
 
@@ -145,6 +147,43 @@ TEST(JobTable, CountsPassesUntilTheirThreadsHaveLeftThem) {
   (*working).passes_memory.reset();
   EXPECT_FALSE(table.refusal(more.settings));
   EXPECT_TRUE(table.add(more));
+}
+
+TEST(JobTable, CopiesOfImagesWaitForRoom) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one});
+  const std::string first = add(table);
+  std::stop_source gone;
+  gone.request_stop();  // So that none waits here: it takes what it asks for, or leaves.
+  const auto fits = [&] {
+    try {
+      const JobTable::CopyRoom copy(table, one, gone.get_token());
+      return true;
+    } catch (const proto::Abandoned&) {
+      return false;
+    }
+  };
+  {
+    const JobTable::CopyRoom copy(table, one, {});
+    EXPECT_FALSE(fits());
+  }
+  EXPECT_TRUE(fits());
+  const std::string second = add(table);
+  EXPECT_TRUE(fits()) << "jobs fill all the memory: one can be seen nevertheless";
+  ASSERT_TRUE(table.cancel(first) && table.cancel(second));
+  const JobTable::CopyRoom copy(table, one, {});
+  EXPECT_TRUE(fits()) << "there is room for two";
+}
+
+TEST(JobTable, CopiesOfImagesAreCountedWithThem) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one});
+  const std::string ended = add(table);
+  ASSERT_TRUE(table.start_preparing(ended) && table.start_rendering(ended, std::nullopt, film()));
+  ASSERT_TRUE(table.complete(ended));
+  const JobTable::CopyRoom copy(table, one, {});
+  ASSERT_TRUE(table.add(order())) << "no job is refused for a copy";
+  EXPECT_EQ(image(table, ended), proto::ImageState::gone) << "but an image gives way";
 }
 
 TEST(JobTable, TheOldestImagesGiveWay) {

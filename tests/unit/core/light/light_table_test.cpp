@@ -31,7 +31,7 @@ TEST(LightTable, KeepsItsScene) {
 
 TEST(LightTable, TheEnvironmentThatCountsIsTheScenes) {
   SceneBuilder b;
-  b.background({9, 9, 9}).light(EnvironmentLight{.radiance = {1, 2, 3}}).light(EnvironmentLight{.radiance = {4, 5, 6}});
+  b.background({9, 9, 9}).light(EnvironmentLight{{1, 2, 3}, nullptr}).light(EnvironmentLight{{4, 5, 6}, nullptr});
   const auto scene = b.build();
   EXPECT_EQ(LightTable(scene).escaped(kUp).radiance, environment_of(*scene).radiance);
 }

@@ -182,8 +182,9 @@ TEST(LightAlpha, AmbientOcclusionPassesThem_Stress80) {
   const Moments above = moments_of(seen(true, 0.4F, 1, 1)), over_nothing = moments_of(seen(false, 0.4F, 1, 1));
   EXPECT_GT(t_test(above, 1 - passed + passed * passed), 1e-3) << above.mean();
   EXPECT_GT(t_test(over_nothing, 1 - passed + passed * 8), 1e-3) << over_nothing.mean();
+  const Pixels veil = seen(false, 0.4F, 1, 1);
   Moments covered;
-  for (const float part : seen(false, 0.4F, 1, 1).plane<float>(Aov::alpha)) covered.add(part);
+  for (const float part : veil.plane<float>(Aov::alpha)) covered.add(part);
   EXPECT_GT(t_test(covered, 1 - passed), 1e-3) << covered.mean();
 }
 

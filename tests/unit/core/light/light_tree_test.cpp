@@ -197,7 +197,7 @@ TEST(LightTree, Stress75_AMillionLightsOfAllPowers) {
   for (std::uint32_t i = 0; i < lights.size(); ++i) right += worth(i);
   Moments found;
   for (int i = 0; i < 100'000; ++i) {
-    const auto [light, probability] = tree.pick(point, {}, random.uniform(0, 1));
+    const auto [light, probability, rest] = tree.pick(point, {}, random.uniform(0, 1));
     ASSERT_TRUE(probability > 0 && std::isfinite(probability));
     found.add(worth(light) / probability);
   }

@@ -45,6 +45,9 @@ HWY_INLINE void prefetch(const RayFan& fan, std::span<const Hit> hits) {
 /// longer.
 constexpr std::size_t kFewForFans = 65, kFewForOthers = 8;
 
+/// Large batches have enough rays for each of more objects: a stream is worth it.
+constexpr std::size_t kRaysForEach = 128;
+
 /// Objects up to which each is asked whether it lies on the way of all of a batch's shadow rays. Tried with a thousand;
 /// what this costs grows with their number, and of many more it would be more than what it saves.
 constexpr std::size_t kFewToAsk = 4096;
@@ -168,7 +171,7 @@ std::optional<Hit> WideAccel::coincident(const Ray& ray, const Hit& hit, TraceLo
 }
 
 void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  if (rays.empty() || (!among && !are_few(all_, false)) || !all_traceable(rays))
+  if (rays.empty() || (!among && !are_few(all_, rays.size())) || !all_traceable(rays))
     return Accel::closest(rays, hits, log, among);
   const std::span<const std::uint32_t> objects = among.value_or(all_);
   std::ranges::fill(hits, Hit{});
@@ -206,7 +209,7 @@ void WideAccel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log
 }
 
 void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  if (fan.size() == 0 || (!among && !are_few(all_, true))) return Accel::closest_fan(fan, hits, log, among);
+  if (fan.size() == 0 || (!among && all_.size() > kFewForFans)) return Accel::closest_fan(fan, hits, log, among);
   const std::span<const std::uint32_t> objects = among.value_or(all_);
   prefetch(fan, hits);
   std::ranges::fill(hits, Hit{});
@@ -262,7 +265,8 @@ void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidd
   std::span<const std::uint32_t> objects = all_;
   std::vector<std::uint32_t> on_the_way;
   if (apex && objects.size() <= kFewToAsk) objects = on_the_way = objects_to(*apex, rays);
-  if (!are_few(objects, apex.has_value())) return Accel::occluded(rays, hidden, log);
+  if (!(apex ? objects.size() <= kFewForFans : are_few(objects, rays.size())))
+    return Accel::occluded(rays, hidden, log);
   RayBatch<std::uint8_t> batch(objects_.root(), placed_);
   const std::size_t most = apex ? kFanRays : rays.size();
   for (std::size_t first = 0; first < rays.size(); first += most) {
@@ -363,8 +367,8 @@ std::vector<std::uint32_t> WideAccel::objects_to(Vec3 apex, std::span<const Ray>
   return some;
 }
 
-bool WideAccel::are_few(std::span<const std::uint32_t> objects, bool is_fan) {
-  return objects.size() <= (is_fan ? kFewForFans : kFewForOthers);
+bool WideAccel::are_few(std::span<const std::uint32_t> objects, std::size_t rays) {
+  return objects.size() <= std::max(kFewForOthers, rays / kRaysForEach);
 }
 
 bool WideAccel::is_mesh(const Object& object) const {

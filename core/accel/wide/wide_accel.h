@@ -43,7 +43,7 @@ class WideAccel final : public Accel {
   /// `closest_fan` where the fan's interval is all that is before its origin.
   void closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const;
   /// Whether batches go through objects one by one.
-  static bool are_few(std::span<const std::uint32_t> objects, bool is_fan);
+  static bool are_few(std::span<const std::uint32_t> objects, std::size_t rays);
   /// Whether nothing has been made yet for the object's mesh, and these rays need nothing: none enters its box.
   bool pass_by(std::uint32_t object, std::span<const Ray> rays) const;
   void closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const;

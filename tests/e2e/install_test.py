@@ -50,7 +50,8 @@ class InstallTest(unittest.TestCase):
         self.assertEqual(fetch("png").status, 200)
         self.assertEqual(fetch("exr").status, 500)
         self.assertEqual(fetch("png").status, 200)
-        daemon.stop()  # The log has a thread of its own: all is written when the daemon has ended.
+        daemon.terminate()
+        daemon.process.wait(timeout=60)  # The log has a thread of its own: all is written when the daemon has ended.
         self.assertIn("tessera_oiio.so", daemon.log())
 
 

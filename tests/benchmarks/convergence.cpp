@@ -252,7 +252,8 @@ int main(int argc, char** argv) {
   app.add_option("folder", options.folder, "where JSON and plots go; tests/bench gives it")->required();
   app.add_flag("--quick", options.is_quick, "a few parts, up to 256 samples");
   app.add_option("--parts", options.parts, "only these")->delimiter(',');
-  app.add_option("--samples", options.samples, "the most in a curve")->check(CLI::PositiveNumber);
+  app.add_option("--samples", options.samples, "the most in a curve; 64 or more")
+      ->check(CLI::Range(tessera::bench::kTargetSamples, 1U << 20));
   app.add_option("--threads", options.threads)->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   if (options.is_quick) {

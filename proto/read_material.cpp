@@ -89,8 +89,7 @@ Surface read_conductor(JsonFields& fields) {
   if (ways != 1 || eta.has_value() != k.has_value()) {
     fields.value().error(
         "A conductor needs \"metal\", or \"color\" (what it reflects at normal incidence), or both of \"eta\" and "
-        "\"k\" "
-        "(its complex index of refraction), and only one of these ways.");
+        "\"k\" (its complex index of refraction), and only one of these ways.");
   } else if (eta) {
     read_color(eta, ior.eta, kIor);
     read_color(k, ior.k, kAbsorption);

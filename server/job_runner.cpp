@@ -149,9 +149,9 @@ void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std:
 void JobRunner::prepare(const std::shared_ptr<Run>& run) {
   if (!jobs_.start_preparing(run->job.id)) return;
   const Settings& settings = run->settings;
-  run->context = std::make_unique<RenderContext>(
-      RenderContext{run->scene, nullptr, settings, make_plan(*run->scene, run->camera, settings),
-                    CameraRays(run->camera, settings.width, settings.height)});
+  run->context =
+      std::make_unique<RenderContext>(run->scene, nullptr, settings, make_plan(*run->scene, run->camera, settings),
+                                      CameraRays(run->camera, settings.width, settings.height));
   const auto plan = std::make_shared<const PlanReport>(report(run->context->plan, *run->scene, settings));
   const auto tested = std::make_shared<ObjectMarks>(run->scene->objects.size());
   run->context->tested = tested;

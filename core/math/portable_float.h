@@ -3,7 +3,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 
 namespace tessera {
@@ -81,46 +80,6 @@ inline float portable_atan2(float y, float x) { return static_cast<float>(portab
 inline float portable_acos(float x) {
   const double square = (1.0 - x) * (1.0 + x);
   return static_cast<float>(portable_detail::angle(std::sqrt(square < 0 ? 0 : square), x));
-}
-
-/// The angle in [-π/2, π/2], in radians, whose sine is `x`; an `x` outside [-1, 1] counts as the nearer end.
-inline float portable_asin(float x) {
-  const double square = (1.0 - x) * (1.0 + x);
-  return static_cast<float>(portable_detail::angle(x, std::sqrt(square < 0 ? 0 : square)));
-}
-
-/// Natural logarithm; 0 gives -∞, +∞ gives +∞, less than 0 gives NaN.
-inline float portable_log(float x) {
-  constexpr std::int64_t kMantissa = 52;
-  const auto bits = std::bit_cast<std::int64_t>(static_cast<double>(x));  // No float is a denormal double.
-  const std::int64_t exponent = (bits - std::bit_cast<std::int64_t>(std::numbers::sqrt2 / 2)) >> kMantissa;
-  const auto m = std::bit_cast<double>(bits - (exponent << kMantissa));
-  // With m in [√½, √2): ln m = 2 atanh s, s = (m - 1) / (m + 1), and m - 1 is exact. So 1 loses no digits.
-  const double s = (m - 1) / (m + 1), z = s * s;
-  const double rest =
-      z * (0x1.555554fde2763p-2 + z * (0x1.999a7a1ab85e5p-3 + z * (0x1.2438f14154663p-3 + z * 0x1.e2f2d7e323502p-4)));
-  const double log = static_cast<double>(exponent) * std::numbers::ln2 + 2 * (s + s * rest);
-  constexpr float kInfinite = std::numeric_limits<float>::infinity();
-  if (x > 0 && x < kInfinite) return static_cast<float>(log);
-  return x == 0 ? -kInfinite : x > 0 ? x : std::numeric_limits<float>::quiet_NaN();
-}
-
-/// e to the power x; overflows to +∞, underflows to 0.
-inline float portable_exp(float x) {
-  constexpr float kZero = -104, kInfinite = 89;  // From here on the result no longer changes.
-  const double clamped = x < kZero ? kZero : x > kInfinite ? kInfinite : x;
-  const double rounded = clamped * (1 / std::numbers::ln2) + portable_detail::kRounder;
-  const double n = rounded - portable_detail::kRounder;
-  const double r = clamped - n * std::numbers::ln2;
-  const double sum =
-      1 + r * (0x1.00000000e54ecp+0 +
-               r * (0x1.00000042448f9p-1 +
-                    r * (0x1.55555351076bep-3 +
-                         r * (0x1.555481beac5bbp-5 +
-                              r * (0x1.11130ae1e1304p-7 + r * (0x1.6d9555e387633p-10 + r * 0x1.9e8eed813e804p-13))))));
-  // 2^n: the sum's lowest bits hold n, which go to the exponent's place.
-  const std::uint64_t power = (std::bit_cast<std::uint64_t>(rounded) + 1023) << 52;
-  return static_cast<float>(sum * std::bit_cast<double>(power));
 }
 
 }  // namespace tessera

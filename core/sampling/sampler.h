@@ -42,11 +42,10 @@ constexpr double joined(Vec2 pair) { return pair.x + (pair.y - 0.5) * 0x1p-23; }
 /// independent (law L3). Safe to use from any thread.
 ///
 /// - `independent`: hashes.
-/// - `sobol`: for each dimension, or pair of dimensions, the (first two) dimensions of Sobol's sequence (Sobol 1967)
-/// with
-///   the order of samples shuffled and the values scrambled, both as Owen (1995) nests permutations, by hashes (Burley
-///   2020, Practical Hash-based Owen Scrambling, JCGT 9(4)): padding. Any first 2^k samples of a pixel are stratified
-///   in all elementary intervals of each pair.
+/// - `sobol`: for each dimension, or pair of dimensions, the (first two) dimensions of Sobol's sequence (Sobol 1967),
+///   with the order of samples shuffled and the values scrambled, both as Owen (1995) nests permutations, by hashes
+///   (Burley 2020, Practical Hash-based Owen Scrambling, JCGT 9(4)): padding. Any first 2^k samples of a pixel are
+///   stratified in all elementary intervals of each pair.
 /// - `grid`: `PixelOffsets` on the film, otherwise hashes.
 class Sampler {
  public:

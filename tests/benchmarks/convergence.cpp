@@ -253,7 +253,7 @@ int main(int argc, char** argv) {
   app.add_flag("--quick", options.is_quick, "a few parts, up to 256 samples");
   app.add_option("--parts", options.parts, "only these")->delimiter(',');
   app.add_option("--samples", options.samples, "the most in a curve; 64 or more")
-      ->check(CLI::Range(tessera::bench::kTargetSamples, 1U << 20));
+      ->check(CLI::Range(bench::kTargetSamples, 1U << 20));
   app.add_option("--threads", options.threads)->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   if (options.is_quick) {

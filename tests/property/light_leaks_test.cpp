@@ -18,20 +18,8 @@ constexpr double kPi = std::numbers::pi;
 
 /// A cube with the normals of its corners; `turn` is 1 for those of outside, −1 for inward ones.
 TriangleMesh smooth_cube(float half, float turn) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.positions.push_back({i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half});
-    mesh.normals.push_back(mesh.positions.back() * turn);
-  }
-  for (const auto& [a, b, c, d] : {std::array{0U, 2U, 3U, 1U},
-                                   {4U, 5U, 7U, 6U},
-                                   {0U, 1U, 5U, 4U},
-                                   {2U, 6U, 7U, 3U},
-                                   {0U, 4U, 6U, 2U},
-                                   {1U, 3U, 7U, 5U}}) {
-    mesh.triangles.push_back({a, b, c});
-    mesh.triangles.push_back({a, c, d});
-  }
+  TriangleMesh mesh = smooth_box({half, half, half});
+  for (Vec3& normal : mesh.normals) normal = normal * turn;
   return mesh;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -58,6 +59,24 @@ inline TriangleMesh smooth_ball(std::uint32_t around, std::uint32_t rings) {
       mesh.triangles.push_back({above + i, below + next, above + next});
     }
     mesh.triangles.push_back({last - around + i, last, last - around + next});
+  }
+  mesh.normals = mesh.positions;
+  return mesh;
+}
+
+/// A closed box around the origin, two triangles a side, whose normals are those of a body that its corners lie on.
+inline TriangleMesh smooth_box(Vec3 half) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh.positions.push_back({i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z});
+  for (const auto& [a, b, c, d] : {std::array{0U, 2U, 3U, 1U},
+                                   {4U, 5U, 7U, 6U},
+                                   {0U, 1U, 5U, 4U},
+                                   {2U, 6U, 7U, 3U},
+                                   {0U, 4U, 6U, 2U},
+                                   {1U, 3U, 7U, 5U}}) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
   }
   mesh.normals = mesh.positions;
   return mesh;

@@ -33,7 +33,8 @@ void ImageArguments::add_to(CLI::App& command) {
   command.add_option("-o,--output", output, "The image file, or - for stdout")->capture_default_str();
   command.add_option("--format", image.format, "png, jpeg, exr or hdr; by the output's ending when not given")
       ->check(CLI::IsMember({"png", "jpeg", "exr", "hdr"}));
-  command.add_option("--exposure", image.exposure, "Stops by which a PNG or JPEG is brighter")->check(CLI::Number);
+  command.add_option("--exposure", image.exposure, "Stops by which a PNG or JPEG is brighter, from -64 to 64")
+      ->check(CLI::Range(-64.0, 64.0));
   command.add_option("--tone-map", image.tone_map, "Of a PNG or JPEG: none, khronos_pbr_neutral or aces")
       ->check(CLI::IsMember({"none", "khronos_pbr_neutral", "aces"}));
   command.add_option("--precision", image.precision, "Of an EXR's floats: float, or half, which is smaller")

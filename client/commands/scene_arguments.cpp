@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -63,11 +65,21 @@ void SceneArguments::add_to(CLI::App& command) {
         return std::string();
       },
       "");
+  // JSON has no infinity and no NaN, which the library takes.
+  const CLI::Validator positive_number(
+      [](const std::string& text) {
+        const double value = std::strtod(text.c_str(), nullptr);
+        return std::isfinite(value) && value > 0 ? std::string() : text + " isn't a number above 0";
+      },
+      "");
   command.add_option("--spp,--samples", options.samples, "Samples per pixel; the most of them, with --until-...")
       ->transform(whole_number);
-  command.add_option("--until-error", options.error,
-                     "Refine the image until its error is at most that: the root of its relative mean square error");
-  command.add_option("--until-seconds", options.seconds, "Refine the image for so many seconds");
+  command
+      .add_option("--until-error", options.error,
+                  "Refine the image until its error is at most that: the root of its relative mean square error")
+      ->check(positive_number);
+  command.add_option("--until-seconds", options.seconds, "Refine the image for so many seconds")
+      ->check(positive_number);
   command.add_option("--integrator", options.integrator,
                      "auto, whitted, direct, ambient_occlusion or path: how light goes from surface to surface");
   command.add_option("--sampler", options.sampler, "auto, grid, independent or sobol: where samples fall");

@@ -59,7 +59,7 @@ StructureCache::Make make_from(const std::optional<WideStore>& store, unsigned t
   return [make](std::shared_ptr<const Scene> scene, const AccelOptions& options) -> std::unique_ptr<const Accel> {
     if (options.kind != AccelKind::wide) return make_accel(std::move(scene), options);
     const StrictFloats strict;
-    return std::make_unique<const WideAccel>(std::move(scene), options, wide_kernels(), make);
+    return make_wide(std::move(scene), options, wide_kernels(), make);
   };
 }
 

@@ -141,7 +141,7 @@ TEST(LightImages, AreTheSameInEveryStructureAndBound_Stress54) {
     settings.accel = {AccelKind::wide};
     const Plan plan = make_plan(*scene, mixed_camera(), settings);
     for (const WideKernels* kernels : runnable_wide_kernels()) {
-      const auto accel = std::make_shared<const WideAccel>(scene, settings.accel, *kernels);
+      const std::shared_ptr<const Accel> accel = make_wide(scene, settings.accel, *kernels, WideAccel::build_tree);
       ASSERT_TRUE(same_bytes(reference.pixels, render_image(scene, accel, plan, mixed_camera(), settings).pixels))
           << kernels->name;
     }

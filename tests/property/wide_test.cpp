@@ -502,7 +502,7 @@ TEST(WideKernels, MakeOneImage_Stress54) {
     settings.accel.kind = AccelKind::wide;
     const Plan plan = make_plan(*scene, camera, settings);
     for (const WideKernels* kernels : runnable_wide_kernels()) {
-      const auto accel = std::make_shared<const WideAccel>(scene, settings.accel, *kernels);
+      const std::shared_ptr<const Accel> accel = make_wide(scene, settings.accel, *kernels, WideAccel::build_tree);
       EXPECT_TRUE(same_bytes(reference.pixels, render_image(scene, accel, plan, camera, settings).pixels))
           << kernels->name;
     }

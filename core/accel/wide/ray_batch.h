@@ -43,7 +43,7 @@ class RayBatch {
   /// Picks the rays that may hit what lies in `box` before what they have hit; false if there are none. With
   /// `only_traceable`, without those that the placement makes untraceable.
   template <typename Counter>
-  bool pick(const Aabb& box, const std::optional<Transform>& placement, bool only_traceable, Counter tally) {
+  bool pick(const Aabb& box, const Transform* placement, bool only_traceable, Counter tally) {
     entered_.clear();
     for (std::size_t first = 0; first < rays_.size(); first += kBundle) {
       const std::size_t size = bundle_size(first);
@@ -82,7 +82,7 @@ class RayBatch {
 
   std::size_t bundle_size(std::size_t first) const { return std::min(kBundle, rays_.size() - first); }
 
-  void pick_from(std::size_t first, const std::optional<Transform>& placement, bool only_traceable) {
+  void pick_from(std::size_t first, const Transform* placement, bool only_traceable) {
     for (std::size_t i = first; i < first + bundle_size(first); ++i) {
       if (is_settled(answers_[i])) continue;
       const Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];

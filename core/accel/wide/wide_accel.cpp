@@ -8,11 +8,26 @@
 #include "core/accel/tally.h"
 #include "core/accel/wide/cache_lines.h"
 #include "core/accel/wide/cube_sides.h"
+#include "core/accel/wide/joined_accel.h"
 #include "core/accel/wide/wide_build.h"
 #include "core/bounds/way_to_point.h"
 
 namespace tessera {
 namespace {
+
+/// The bodies, known by their boxes.
+class BodyItems final : public Items {
+ public:
+  BodyItems(const Bodies& bodies, const AccelOptions& options)
+      : Items(bodies.around(ObjectItems(bodies.scene(), options).boxes())) {}
+
+  bool are_primitives() const override { return false; }
+  void outline(std::uint32_t item, Outline& out) const override {
+    const Aabb& box = boxes()[item];
+    if (!box.empty()) out.points.insert(out.points.end(), {box.lo, box.hi});
+  }
+  std::optional<std::array<Vec3, 3>> triangle(std::uint32_t) const override { return std::nullopt; }
+};
 
 /// Runs `trace` with a tally that counts, or with one that costs nothing.
 template <typename Trace>
@@ -39,16 +54,16 @@ HWY_INLINE void prefetch(const RayFan& fan, std::span<const Hit> hits) {
   for (const float* part : {fan.x.data(), fan.y.data(), fan.z.data()}) prefetch_lines(part, lines);
 }
 
-/// Objects that fans, and that other batches, go through one by one; of more, each ray looks for its own in the
+/// Bodies that fans, and that other batches, go through one by one; of more, each ray looks for its own in the
 /// hierarchy over them. Neighbours in a fan enter the same boxes, those of other batches may not: with 65 meshes, one
 /// by one, a render's fans took 12% less, mirrored rays three times as long; with ten rough mirrors, one by one, 20%
 /// longer.
 constexpr std::size_t kFewForFans = 65, kFewForOthers = 8;
 
-/// Large batches have enough rays for each of more objects: a stream is worth it.
+/// Large batches have enough rays for each of more bodies: a stream is worth it.
 constexpr std::size_t kRaysForEach = 128;
 
-/// Objects up to which each is asked whether it lies on the way of all of a batch's shadow rays. Tried with a thousand;
+/// Bodies up to which each is asked whether it lies on the way of all of a batch's shadow rays. Tried with a thousand;
 /// what this costs grows with their number, and of many more it would be more than what it saves.
 constexpr std::size_t kFewToAsk = 4096;
 
@@ -61,60 +76,62 @@ constexpr std::size_t kLeastStream = 64;
 
 WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const WideKernels& kernels,
                      MakeTree make)
-    : scene_(std::move(scene)),
+    : WideAccel(Bodies::apart(std::move(scene)), options, kernels, std::move(make)) {}
+
+WideAccel::WideAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make)
+    : bodies_(std::move(bodies)),
       kernels_(kernels),
-      boxes_(world_bounds(*scene_)),
-      objects_(ObjectItems(*scene_, options), BoxBound(), options),
+      boxes_(bodies_.around(world_bounds(bodies_.scene()))),
+      tree_(BodyItems(bodies_, options), BoxBound(), options),
       make_(std::move(make)),
-      meshes_(scene_->shapes.size()) {
-  for (const Object& object : scene_->objects)
-    if (object.placement) {
-      const Transform::Error e = object.placement->error();
+      meshes_(bodies_.hierarchies()) {
+  for (std::uint32_t body = 0; body < bodies_.size(); ++body)
+    if (const Transform* placement = bodies_[body].placement) {
+      const Transform::Error e = placement->error();
       placed_ = {std::max(placed_.condition, e.condition), std::max(placed_.offset, e.offset)};
     }
   all_.resize(boxes_.size());
   std::iota(all_.begin(), all_.end(), 0);
   // What rays are sure to come to is better made by whoever waits for the structure.
-  if (is_lone_mesh()) tree(scene_->objects[0].shape);
+  if (is_lone_mesh()) mesh_tree(bodies_[0]);
 }
 
 MadeTree WideAccel::build_tree(const TriangleMesh& mesh) { return {build_wide(mesh)}; }
 
-bool WideAccel::pass_by(std::uint32_t object, std::span<const Ray> rays) const {
-  const Object& o = scene_->objects[object];
-  return is_mesh(o) && !meshes_[o.shape].ready() && std::ranges::all_of(rays, [&](const Ray& ray) {
-           return CullRay(ray, objects_.root(), placed_).misses(boxes_[object], ray.t_min, ray.t_max);
+bool WideAccel::pass_by(std::uint32_t body, std::span<const Ray> rays) const {
+  const Bodies::Body& b = bodies_[body];
+  return is_mesh(b) && !meshes_[b.hierarchy].ready() && std::ranges::all_of(rays, [&](const Ray& ray) {
+           return CullRay(ray, tree_.root(), placed_).misses(boxes_[body], ray.t_min, ray.t_max);
          });
 }
 
-void WideAccel::closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const {
-  if (pass_by(object, {&world, 1})) return;
-  const Object& o = scene_->objects[object];
-  const Ray ray = o.placement ? o.placement->to_local(world) : world;
-  const Shape& shape = scene_->shapes[o.shape];
-  if (log.tested) log.tested->mark(object);
-  if (std::holds_alternative<TriangleMesh>(shape)) {
+void WideAccel::closest_in(std::uint32_t body, const Ray& world, Hit& best, TraceLog log, std::uint32_t least) const {
+  if (pass_by(body, {&world, 1})) return;
+  const Bodies::Body& b = bodies_[body];
+  const Ray ray = b.placement ? b.placement->to_local(world) : world;
+  if (log.tested) bodies_.mark(*log.tested, body);
+  if (is_mesh(b)) {
     if (!is_traceable(ray)) return;  // a transform may have flattened the direction to zero
-    kernels_.closest(tree(o.shape), object, {&ray, 1}, {&best, 1}, log.counts);
+    if (least == 0) return kernels_.closest(mesh_tree(b), body, {&ray, 1}, {&best, 1}, log.counts);
+    kernels_.closest_from(mesh_tree(b), {body, least}, ray, best, log.counts);
   } else {
-    const std::optional<float> t = intersect_single(shape, ray);
+    const std::optional<float> t = intersect_single(*b.shape, ray);
     if (log.counts) Tally(*log.counts).object(t.has_value());
-    if (t) best = std::min(best, Hit{*t, object, 0});
+    if (t) best = std::min(best, Hit{*t, body, 0});
   }
 }
 
-bool WideAccel::occluded_by(std::uint32_t object, const Ray& world, TraceLog log) const {
-  if (pass_by(object, {&world, 1})) return false;
-  const Object& o = scene_->objects[object];
-  const Ray ray = o.placement ? o.placement->to_local(world) : world;
-  const Shape& shape = scene_->shapes[o.shape];
-  if (log.tested) log.tested->mark(object);
-  if (std::holds_alternative<TriangleMesh>(shape)) {
+bool WideAccel::occluded_by(std::uint32_t body, const Ray& world, TraceLog log) const {
+  if (pass_by(body, {&world, 1})) return false;
+  const Bodies::Body& b = bodies_[body];
+  const Ray ray = b.placement ? b.placement->to_local(world) : world;
+  if (log.tested) bodies_.mark(*log.tested, body);
+  if (is_mesh(b)) {
     std::uint8_t hidden = 0;
-    if (is_traceable(ray)) kernels_.occluded(tree(o.shape), object, {&ray, 1}, {&hidden, 1}, log.counts);
+    if (is_traceable(ray)) kernels_.occluded(mesh_tree(b), body, {&ray, 1}, {&hidden, 1}, log.counts);
     return hidden;
   }
-  const bool hit = intersect_single(shape, ray).has_value();
+  const bool hit = intersect_single(*b.shape, ray).has_value();
   if (log.counts) Tally(*log.counts).object(hit);
   return hit;
 }
@@ -126,8 +143,8 @@ std::optional<Hit> WideAccel::closest(const Ray& ray, TraceLog log) const {
     closest_in(0, ray, best, log);
   else
     counted(log, [&](auto tally) {
-      objects_.visit(ray, placed_, ray.t_max, tally, [&](std::uint32_t object, float) {
-        closest_in(object, ray, best, log);
+      tree_.visit(ray, placed_, ray.t_max, tally, [&](std::uint32_t body, float) {
+        closest_in(body, ray, best, log);
         return best.t;
       });
     });
@@ -139,31 +156,34 @@ bool WideAccel::occluded(const Ray& ray, TraceLog log) const {
   if (is_lone_mesh()) return occluded_by(0, ray, log);
   bool hidden = false;
   counted(log, [&](auto tally) {
-    objects_.visit(ray, placed_, ray.t_max, tally, [&](std::uint32_t object, float limit) {
-      hidden = occluded_by(object, ray, log);
+    tree_.visit(ray, placed_, ray.t_max, tally, [&](std::uint32_t body, float limit) {
+      hidden = occluded_by(body, ray, log);
       return hidden ? kStop : limit;
     });
   });
   return hidden;
 }
 
-std::optional<Hit> WideAccel::closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
-                                            TraceLog log) const {
+std::optional<Hit> WideAccel::closest_among(const Ray& ray, std::span<const std::uint32_t> bodies, TraceLog log) const {
   if (!is_traceable(ray)) return std::nullopt;
   Hit best{ray.t_max};
-  const CullRay cull(ray, objects_.root(), placed_);
-  for (const std::uint32_t object : objects)
-    if (!cull.misses(boxes_[object], ray.t_min, best.t)) closest_in(object, ray, best, log);
+  const CullRay cull(ray, tree_.root(), placed_);
+  for (const std::uint32_t body : bodies)
+    if (!cull.misses(boxes_[body], ray.t_min, best.t)) closest_in(body, ray, best, log);
   return best.t < ray.t_max ? std::optional(best) : std::nullopt;
 }
 
 std::optional<Hit> WideAccel::coincident(const Ray& ray, const Hit& hit, TraceLog log) const {
-  const Ray at = only_at(ray, hit.t);
+  return closest_at(ray, hit.t, {hit.object + 1, 0}, log);
+}
+
+std::optional<Hit> WideAccel::closest_at(const Ray& ray, float t, PrimitiveId least, TraceLog log) const {
+  const Ray at = only_at(ray, t);
   if (!is_traceable(at)) return std::nullopt;
   Hit best{at.t_max};
   counted(log, [&](auto tally) {
-    objects_.visit(at, placed_, at.t_max, tally, [&](std::uint32_t object, float) {
-      if (object > hit.object) closest_in(object, at, best, log);
+    tree_.visit(at, placed_, at.t_max, tally, [&](std::uint32_t body, float) {
+      if (body >= least.object) closest_in(body, at, best, log, body == least.object ? least.primitive : 0);
       return best.t;
     });
   });
@@ -173,17 +193,17 @@ std::optional<Hit> WideAccel::coincident(const Ray& ray, const Hit& hit, TraceLo
 void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
   if (rays.empty() || (!among && !are_few(all_, rays.size())) || !all_traceable(rays))
     return Accel::closest(rays, hits, log, among);
-  const std::span<const std::uint32_t> objects = among.value_or(all_);
+  const std::span<const std::uint32_t> bodies = among.value_or(all_);
   std::ranges::fill(hits, Hit{});
-  if (is_lone_mesh() && objects.size() == 1) {
-    if (log.tested) log.tested->mark(0);
+  if (is_lone_mesh() && bodies.size() == 1) {
+    if (log.tested) bodies_.mark(*log.tested, 0);
     return closest_on(0, rays, hits, log.counts);
   }
-  RayBatch<Hit> batch(objects_.root(), placed_);
+  RayBatch<Hit> batch(tree_.root(), placed_);
   batch.start(rays, hits);
-  for (const std::uint32_t object : batch.near_to_far(objects, boxes_)) {
-    if (!pick(object, batch, log)) continue;
-    closest_on(object, batch.rays(), batch.found(), log.counts);
+  for (const std::uint32_t body : batch.near_to_far(bodies, boxes_)) {
+    if (!pick(body, batch, log)) continue;
+    closest_on(body, batch.rays(), batch.found(), log.counts);
     batch.put_back();
   }
 }
@@ -210,14 +230,14 @@ void WideAccel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log
 
 void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
   if (fan.size() == 0 || (!among && all_.size() > kFewForFans)) return Accel::closest_fan(fan, hits, log, among);
-  const std::span<const std::uint32_t> objects = among.value_or(all_);
+  const std::span<const std::uint32_t> bodies = among.value_or(all_);
   prefetch(fan, hits);
   std::ranges::fill(hits, Hit{});
-  if (is_lone_mesh() && objects.size() == 1) {
-    if (log.tested) log.tested->mark(0);
+  if (is_lone_mesh() && bodies.size() == 1) {
+    if (log.tested) bodies_.mark(*log.tested, 0);
     return closest_on_mesh(0, fan, hits, log.counts);
   }
-  RayBatch<Hit> batch(objects_.root(), placed_);
+  RayBatch<Hit> batch(tree_.root(), placed_);
   std::vector<Ray> rays;
   Directions directions;
   for (std::size_t first = 0; first < fan.size(); first += kFanRays) {
@@ -229,15 +249,15 @@ void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog
       continue;
     }
     batch.start(rays, hits.subspan(first, count));
-    for (const std::uint32_t object : batch.near_to_far(objects, boxes_)) {
-      if (!pick(object, batch, log)) continue;
-      if (is_mesh(scene_->objects[object])) {
+    for (const std::uint32_t body : batch.near_to_far(bodies, boxes_)) {
+      if (!pick(body, batch, log)) continue;
+      if (is_mesh(bodies_[body])) {
         directions.clear();
         if (!batch.is_whole()) directions.append_those_of(batch.rays());
         const RayFan picked(batch.rays().front().origin, directions);
-        closest_on_mesh(object, batch.is_whole() ? fan.part(first, count) : picked, batch.found(), log.counts);
+        closest_on_mesh(body, batch.is_whole() ? fan.part(first, count) : picked, batch.found(), log.counts);
       } else {
-        closest_on(object, batch.rays(), batch.found(), log.counts);
+        closest_on(body, batch.rays(), batch.found(), log.counts);
       }
       batch.put_back();
     }
@@ -259,132 +279,130 @@ void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidd
   if (!is_lone_fan && !all_traceable(rays)) return Accel::occluded(rays, hidden, log);
   std::ranges::fill(hidden, 0);
   if (is_lone_mesh()) {
-    if (log.tested) log.tested->mark(0);
+    if (log.tested) bodies_.mark(*log.tested, 0);
     return occluded_on(0, apex, rays, hidden, log.counts);
   }
-  std::span<const std::uint32_t> objects = all_;
+  std::span<const std::uint32_t> bodies = all_;
   std::vector<std::uint32_t> on_the_way;
-  if (apex && objects.size() <= kFewToAsk) objects = on_the_way = objects_to(*apex, rays);
-  if (!(apex ? objects.size() <= kFewForFans : are_few(objects, rays.size())))
-    return Accel::occluded(rays, hidden, log);
-  RayBatch<std::uint8_t> batch(objects_.root(), placed_);
+  if (apex && bodies.size() <= kFewToAsk) bodies = on_the_way = bodies_to(*apex, rays);
+  if (!(apex ? bodies.size() <= kFewForFans : are_few(bodies, rays.size()))) return Accel::occluded(rays, hidden, log);
+  RayBatch<std::uint8_t> batch(tree_.root(), placed_);
   const std::size_t most = apex ? kFanRays : rays.size();
   for (std::size_t first = 0; first < rays.size(); first += most) {
     const std::size_t count = std::min(most, rays.size() - first);
     batch.start(rays.subspan(first, count), hidden.subspan(first, count));
-    for (const std::uint32_t object : objects) {
-      if (!pick(object, batch, log)) continue;
+    for (const std::uint32_t body : bodies) {
+      if (!pick(body, batch, log)) continue;
       // A placement rounds once more: of rays that lead to one point it makes rays that nearly do.
-      const bool leads_there = apex && !scene_->objects[object].placement;
-      occluded_on(object, leads_there ? apex : std::nullopt, batch.rays(), batch.found(), log.counts);
+      const bool leads_there = apex && !bodies_[body].placement;
+      occluded_on(body, leads_there ? apex : std::nullopt, batch.rays(), batch.found(), log.counts);
       batch.put_back();
     }
   }
 }
 
 template <typename Answer>
-bool WideAccel::pick(std::uint32_t object, RayBatch<Answer>& batch, TraceLog log) const {
-  const Object& o = scene_->objects[object];
-  const bool any = counted(log, [&](auto tally) { return batch.pick(boxes_[object], o.placement, is_mesh(o), tally); });
+bool WideAccel::pick(std::uint32_t body, RayBatch<Answer>& batch, TraceLog log) const {
+  const Bodies::Body& b = bodies_[body];
+  const bool any = counted(log, [&](auto tally) { return batch.pick(boxes_[body], b.placement, is_mesh(b), tally); });
   // Bundles of rays may seem to enter a box that none of them does.
-  if (any && pass_by(object, batch.world_rays())) return false;
-  if (any && log.tested) log.tested->mark(object);
+  if (any && pass_by(body, batch.world_rays())) return false;
+  if (any && log.tested) bodies_.mark(*log.tested, body);
   return any;
 }
 
-void WideAccel::closest_on(std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
+void WideAccel::closest_on(std::uint32_t body, std::span<const Ray> rays, std::span<Hit> hits,
                            TestCounts* counts) const {
-  const Object& o = scene_->objects[object];
-  if (!is_mesh(o)) {
+  const Bodies::Body& b = bodies_[body];
+  if (!is_mesh(b)) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      const std::optional<float> t = intersect_single(scene_->shapes[o.shape], rays[i]);
+      const std::optional<float> t = intersect_single(*b.shape, rays[i]);
       if (counts) Tally(*counts).object(t.has_value());
-      if (t) hits[i] = std::min(hits[i], {*t, object, 0});
+      if (t) hits[i] = std::min(hits[i], {*t, body, 0});
     }
     return;
   }
-  const WideTree& mesh = tree(o.shape);
-  if (rays.size() >= kLeastStream) return kernels_.closest(mesh, object, rays, hits, counts);
+  const WideTree& mesh = mesh_tree(b);
+  if (rays.size() >= kLeastStream) return kernels_.closest(mesh, body, rays, hits, counts);
   for (std::size_t i = 0; i < rays.size(); ++i)
-    kernels_.closest(mesh, object, rays.subspan(i, 1), hits.subspan(i, 1), counts);
+    kernels_.closest(mesh, body, rays.subspan(i, 1), hits.subspan(i, 1), counts);
 }
 
-void WideAccel::closest_on_mesh(std::uint32_t object, const RayFan& fan, std::span<Hit> hits,
-                                TestCounts* counts) const {
-  const WideTree& mesh = tree(scene_->objects[object].shape);
+void WideAccel::closest_on_mesh(std::uint32_t body, const RayFan& fan, std::span<Hit> hits, TestCounts* counts) const {
+  const WideTree& mesh = mesh_tree(bodies_[body]);
   for (std::size_t first = 0; first < fan.size(); first += kFanRays) {
     const std::size_t end = std::min(first + kFanRays, fan.size());
-    if (kernels_.closest_fan(mesh, object, fan.part(first, end - first), hits.subspan(first, end - first), counts))
+    if (kernels_.closest_fan(mesh, body, fan.part(first, end - first), hits.subspan(first, end - first), counts))
       continue;
     std::vector<Ray> rays;
     for (std::size_t i = first; i < end; ++i) rays.push_back(fan.ray(i));
     if (all_traceable(rays)) {
-      closest_on(object, rays, hits.subspan(first, end - first), counts);
+      closest_on(body, rays, hits.subspan(first, end - first), counts);
       continue;
     }
     for (std::size_t i = first; i < end; ++i)
       if (is_traceable(rays[i - first]))
-        kernels_.closest(mesh, object, {&rays[i - first], 1}, hits.subspan(i, 1), counts);
+        kernels_.closest(mesh, body, {&rays[i - first], 1}, hits.subspan(i, 1), counts);
   }
 }
 
-void WideAccel::occluded_on(std::uint32_t object, std::optional<Vec3> apex, std::span<const Ray> rays,
+void WideAccel::occluded_on(std::uint32_t body, std::optional<Vec3> apex, std::span<const Ray> rays,
                             std::span<std::uint8_t> hidden, TestCounts* counts) const {
-  const Object& o = scene_->objects[object];
-  if (!is_mesh(o)) {
+  const Bodies::Body& b = bodies_[body];
+  if (!is_mesh(b)) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (hidden[i]) continue;
-      hidden[i] = intersect_single(scene_->shapes[o.shape], rays[i]).has_value();
+      hidden[i] = intersect_single(*b.shape, rays[i]).has_value();
       if (counts) Tally(*counts).object(hidden[i]);
     }
     return;
   }
-  const WideTree& mesh = tree(o.shape);
+  const WideTree& mesh = mesh_tree(b);
   if (!apex && rays.size() < kLeastStream) {
     for (std::size_t i = 0; i < rays.size(); ++i)
-      kernels_.occluded(mesh, object, rays.subspan(i, 1), hidden.subspan(i, 1), counts);
+      kernels_.occluded(mesh, body, rays.subspan(i, 1), hidden.subspan(i, 1), counts);
     return;
   }
-  if (!apex) return kernels_.occluded(mesh, object, rays, hidden, counts);
+  if (!apex) return kernels_.occluded(mesh, body, rays, hidden, counts);
   for (std::size_t first = 0; first < rays.size(); first += kFanRays) {
     const std::size_t count = std::min(kFanRays, rays.size() - first);
     const auto some = rays.subspan(first, count);
     const auto answers = hidden.subspan(first, count);
-    if (kernels_.occluded_fan(mesh, object, *apex, some, answers, counts)) continue;
+    if (kernels_.occluded_fan(mesh, body, *apex, some, answers, counts)) continue;
     for (CubeSide& side : by_cube_sides(some, answers)) {
-      if (!kernels_.occluded_fan(mesh, object, *apex, side.rays, side.hidden, counts))
-        occluded_on(object, std::nullopt, side.rays, side.hidden, counts);
+      if (!kernels_.occluded_fan(mesh, body, *apex, side.rays, side.hidden, counts))
+        occluded_on(body, std::nullopt, side.rays, side.hidden, counts);
       for (std::size_t i = 0; i < side.places.size(); ++i) answers[side.places[i]] = side.hidden[i];
     }
   }
 }
 
-std::vector<std::uint32_t> WideAccel::objects_to(Vec3 apex, std::span<const Ray> rays) const {
+std::vector<std::uint32_t> WideAccel::bodies_to(Vec3 apex, std::span<const Ray> rays) const {
   std::vector<std::uint32_t> some;
-  const WayToPoint way(rays, apex, objects_.root(), placed_);
-  for (const std::uint32_t object : all_)
-    if (!way.misses(boxes_[object])) some.push_back(object);
+  const WayToPoint way(rays, apex, tree_.root(), placed_);
+  for (const std::uint32_t body : all_)
+    if (!way.misses(boxes_[body])) some.push_back(body);
   return some;
 }
 
-bool WideAccel::are_few(std::span<const std::uint32_t> objects, std::size_t rays) {
-  return objects.size() <= std::max(kFewForOthers, rays / kRaysForEach);
+bool WideAccel::are_few(std::span<const std::uint32_t> bodies, std::size_t rays) {
+  return bodies.size() <= std::max(kFewForOthers, rays / kRaysForEach);
 }
 
-bool WideAccel::is_mesh(const Object& object) const {
-  return std::holds_alternative<TriangleMesh>(scene_->shapes[object.shape]);
-}
+bool WideAccel::is_mesh(const Bodies::Body& body) { return std::holds_alternative<TriangleMesh>(*body.shape); }
 
-bool WideAccel::is_lone_mesh() const {
-  return scene_->objects.size() == 1 && !scene_->objects[0].placement && is_mesh(scene_->objects[0]);
-}
+bool WideAccel::is_lone_mesh() const { return bodies_.size() == 1 && !bodies_[0].placement && is_mesh(bodies_[0]); }
 
 AccelStats WideAccel::stats() const {
-  AccelStats sum = objects_.stats();
+  AccelStats sum = tree_.stats();
   std::uint32_t deepest = 0;
-  for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    sum.meshes += std::holds_alternative<TriangleMesh>(scene_->shapes[i]);
-    const LazyTree::Ready* ready = meshes_[i].ready();
+  std::vector<bool> is_counted(meshes_.size(), false);
+  for (std::uint32_t body = 0; body < bodies_.size(); ++body) {
+    const std::uint32_t hierarchy = bodies_[body].hierarchy;
+    if (!is_mesh(bodies_[body]) || is_counted[hierarchy]) continue;
+    is_counted[hierarchy] = true;
+    ++sum.meshes;
+    const LazyTree::Ready* ready = meshes_[hierarchy].ready();
     if (!ready) continue;
     const AccelStats& mesh = ready->made.tree.stats;
     sum.bytes += mesh.bytes;
@@ -395,13 +413,21 @@ AccelStats WideAccel::stats() const {
     sum.meshes_loaded += ready->made.was_kept;
     sum.mesh_seconds += ready->seconds;
   }
-  sum.bytes += boxes_.size() * sizeof(Aabb) + meshes_.size() * sizeof(LazyTree);
+  sum.bytes += boxes_.size() * sizeof(Aabb) + meshes_.size() * sizeof(LazyTree) + bodies_.bytes();
   sum.depth += deepest;
   return sum;
 }
 
+std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const AccelOptions& options,
+                                       const WideKernels& kernels, MakeTree make) {
+  Bodies bodies = Bodies::joined(std::move(scene));
+  if (bodies.are_joined())
+    return std::make_unique<const JoinedAccel>(std::move(bodies), options, kernels, std::move(make));
+  return std::make_unique<const WideAccel>(std::move(bodies), options, kernels, std::move(make));
+}
+
 std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const AccelOptions& options) {
-  return std::make_unique<const WideAccel>(std::move(scene), options);
+  return make_wide(std::move(scene), options, wide_kernels(), WideAccel::build_tree);
 }
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 
 #include "core/accel/accel.h"
 #include "core/accel/bound_tree.h"
+#include "core/accel/wide/bodies.h"
 #include "core/accel/wide/lazy_tree.h"
 #include "core/accel/wide/ray_batch.h"
 #include "core/accel/wide/wide_kernels.h"
@@ -14,12 +15,22 @@
 namespace tessera {
 
 /// The structure for speed: a wide hierarchy over each mesh, searched by kernels for this machine's instruction set,
-/// and a binary one over the objects. A mesh gets its hierarchy when the first ray enters the box of an object that it
-/// is the shape of; if that fails, whatever the ray was traced by throws.
+/// and a binary one over the bodies, which are the objects here (`JoinedAccel` has fewer). A mesh gets its hierarchy
+/// when the first ray enters the box of a body that it is the shape of; if that fails, whatever the ray was traced by
+/// throws.
 class WideAccel final : public Accel {
  public:
   WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options,
             const WideKernels& kernels = wide_kernels(), MakeTree make = build_tree);
+  /// Of these bodies, by whose numbers everything here goes; only `TraceLog::tested` knows the scene's objects.
+  WideAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make);
+
+  static MadeTree build_tree(const TriangleMesh& mesh);
+
+  const Bodies& bodies() const { return bodies_; }
+
+  /// The first hit at just that t of primitives with this number or a greater one.
+  std::optional<Hit> closest_at(const Ray& ray, float t, PrimitiveId least, TraceLog log) const;
 
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override;
   bool occluded(const Ray& ray, TraceLog log) const override;
@@ -32,46 +43,49 @@ class WideAccel final : public Accel {
   AccelStats stats() const override;
 
  private:
-  static MadeTree build_tree(const TriangleMesh& mesh);
-
-  const WideTree& tree(std::uint32_t shape) const {
-    return meshes_[shape].get(std::get<TriangleMesh>(scene_->shapes[shape]), make_);
+  const WideTree& mesh_tree(const Bodies::Body& body) const {
+    return meshes_[body.hierarchy].get(std::get<TriangleMesh>(*body.shape), make_);
   }
-  bool is_mesh(const Object& object) const;
-  /// Objects that rays which lead to a point may meet on their way.
-  std::vector<std::uint32_t> objects_to(Vec3 apex, std::span<const Ray> rays) const;
+  static bool is_mesh(const Bodies::Body& body);
+  /// Those that rays which lead to a point may meet on their way.
+  std::vector<std::uint32_t> bodies_to(Vec3 apex, std::span<const Ray> rays) const;
   /// `closest_fan` where the fan's interval is all that is before its origin.
   void closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const;
-  /// Whether batches go through objects one by one.
-  static bool are_few(std::span<const std::uint32_t> objects, std::size_t rays);
+  /// Whether batches go through bodies one by one.
+  static bool are_few(std::span<const std::uint32_t> bodies, std::size_t rays);
   /// Whether nothing has been made yet for the object's mesh, and these rays need nothing: none enters its box.
-  bool pass_by(std::uint32_t object, std::span<const Ray> rays) const;
-  void closest_in(std::uint32_t object, const Ray& world, Hit& best, TraceLog log) const;
-  bool occluded_by(std::uint32_t object, const Ray& world, TraceLog log) const;
+  bool pass_by(std::uint32_t body, std::span<const Ray> rays) const;
+  /// Among the primitives from `least` on.
+  void closest_in(std::uint32_t body, const Ray& world, Hit& best, TraceLog log, std::uint32_t least = 0) const;
+  bool occluded_by(std::uint32_t body, const Ray& world, TraceLog log) const;
   /// Whether a mesh in the world's own space is all there is: then nothing has to be picked.
   bool is_lone_mesh() const;
 
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden, TraceLog log,
                 std::optional<Vec3> apex) const;
-  /// Picks the rays that may hit an object, if any, and says so to the log.
+  /// Picks the rays that may hit a body, if any, and says so to the log.
   template <typename Answer>
-  bool pick(std::uint32_t object, RayBatch<Answer>& batch, TraceLog log) const;
+  bool pick(std::uint32_t body, RayBatch<Answer>& batch, TraceLog log) const;
 
-  // One object, whose rays are in its own space; answers are bettered. For a mesh, those that aren't a fan's are
+  // One body, whose rays are in its own space; answers are bettered. For a mesh, those that aren't a fan's are
   // traceable.
-  void closest_on(std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits, TestCounts* counts) const;
-  void closest_on_mesh(std::uint32_t object, const RayFan& fan, std::span<Hit> hits, TestCounts* counts) const;
-  void occluded_on(std::uint32_t object, std::optional<Vec3> apex, std::span<const Ray> rays,
+  void closest_on(std::uint32_t body, std::span<const Ray> rays, std::span<Hit> hits, TestCounts* counts) const;
+  void closest_on_mesh(std::uint32_t body, const RayFan& fan, std::span<Hit> hits, TestCounts* counts) const;
+  void occluded_on(std::uint32_t body, std::optional<Vec3> apex, std::span<const Ray> rays,
                    std::span<std::uint8_t> hidden, TestCounts* counts) const;
 
-  std::shared_ptr<const Scene> scene_;
+  Bodies bodies_;
   const WideKernels& kernels_;
   std::vector<Aabb> boxes_;
-  std::vector<std::uint32_t> all_;  ///< Objects' numbers.
-  BoundTree<BoxBound> objects_;
+  std::vector<std::uint32_t> all_;  ///< Bodies' numbers.
+  BoundTree<BoxBound> tree_;
   const MakeTree make_;
-  std::vector<LazyTree> meshes_;  ///< By shape; never asked for where that isn't a mesh.
+  std::vector<LazyTree> meshes_;  ///< By hierarchy; never asked for where there is no mesh.
   Transform::Error placed_;
 };
+
+/// The structure for speed over a scene, of which some meshes may be joined.
+std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const AccelOptions& options,
+                                       const WideKernels& kernels, MakeTree make);
 
 }  // namespace tessera

@@ -66,6 +66,18 @@ void closest(const WideTree& tree, std::uint32_t object, std::span<const Ray> ra
   });
 }
 
+void closest_from(const WideTree& tree, PrimitiveId least, const Ray& ray, Hit& hit, TestCounts* counts) {
+  if (tree.nodes.empty()) return;
+  counted(counts, [&](auto tally) HWY_ATTR {
+    const TreeFrame frame(tree);
+    SingleRay(tree, frame, least.object, ray)
+        .visit(std::min(hit.t, ray.t_max), tally, [&](float t, std::uint32_t triangle) HWY_ATTR {
+          if (triangle >= least.primitive) hit = std::min(hit, Hit{t, least.object, triangle});
+          return hit.t;
+        });
+  });
+}
+
 void occluded(const WideTree& tree, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
               TestCounts* counts) {
   if (tree.nodes.empty()) return;
@@ -141,7 +153,7 @@ bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::sp
 }  // namespace
 
 const WideKernels* kernels() {
-  static const WideKernels all{hwy::TargetName(HWY_TARGET), closest, occluded, closest_fan, occluded_fan};
+  static const WideKernels all{hwy::TargetName(HWY_TARGET), closest, closest_from, occluded, closest_fan, occluded_fan};
   return &all;
 }
 

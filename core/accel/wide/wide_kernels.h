@@ -28,6 +28,9 @@ struct WideKernels {
   void (*closest)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<Hit> hits,
                   TestCounts* counts);
 
+  /// The same for a ray and the triangles from `least.primitive` on alone, of the object `least.object`.
+  void (*closest_from)(const WideTree&, PrimitiveId least, const Ray& ray, Hit& hit, TestCounts* counts);
+
   /// Sets `hidden[i]` where ray i hits anything; rays that are hidden already aren't traced.
   void (*occluded)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
                    TestCounts* counts);

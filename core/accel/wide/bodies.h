@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/accel/accel.h"
+#include "core/geometry/shape.h"
+#include "core/scene/scene.h"
+
+namespace tessera {
+
+/// What a `WideAccel` searches: the objects of a scene, or fewer bodies than that. Meshes that follow each other in the
+/// scene, and lie in the world as they are, may be joined to one mesh: a ray's way through one hierarchy is shorter
+/// than through several whose boxes are in each other's way. As their objects follow each other, hits have the same
+/// order by bodies as by objects. Immutable, safe from any thread.
+class Bodies {
+ public:
+  struct Body {
+    const Shape* shape;
+    const Transform* placement;  ///< Null where it lies in the world as it is.
+    std::uint32_t first, count;  ///< Its objects.
+    std::uint32_t hierarchy;     ///< Which one is its mesh's, below `hierarchies()`; instances share theirs.
+  };
+
+  Bodies(Bodies&&) = default;
+
+  /// One for each object.
+  static Bodies apart(std::shared_ptr<const Scene> scene);
+  /// Those that pay are joined: where a ray that enters the box around all of them enters more than one of theirs, on
+  /// average. Hierarchies are made as a whole when the first ray comes, so those that lie apart had better stay so; and
+  /// none of a joined mesh has more than 2^21 triangles.
+  static Bodies joined(std::shared_ptr<const Scene> scene);
+
+  std::uint32_t size() const { return static_cast<std::uint32_t>(bodies_.size()); }
+  const Body& operator[](std::uint32_t body) const { return bodies_[body]; }
+  std::size_t hierarchies() const { return hierarchies_; }
+  /// Of the heap, that the scene doesn't hold.
+  std::size_t bytes() const;
+  const Scene& scene() const { return *scene_; }
+  bool are_joined() const { return bodies_.size() < scene_->objects.size(); }
+
+  /// For each body the box around its objects', of which `boxes` are all.
+  std::vector<Aabb> around(std::span<const Aabb> boxes) const;
+
+  /// A primitive of an object as its body's, and back; there and back `kNoPrimitive` is none.
+  PrimitiveId of_body(PrimitiveId id) const;
+  PrimitiveId of_object(PrimitiveId id) const;
+  /// The bodies of some objects, both ascending.
+  std::vector<std::uint32_t> of_objects(std::span<const std::uint32_t> objects) const;
+
+  /// All objects of a body at once.
+  void mark(ObjectMarks& marks, std::uint32_t body) const;
+
+ private:
+  explicit Bodies(std::shared_ptr<const Scene> scene);
+  void add(std::uint32_t first, std::uint32_t count);
+  TriangleMesh mesh_of(std::uint32_t first, std::uint32_t count) const;
+
+  std::shared_ptr<const Scene> scene_;
+  std::deque<Shape> meshes_;  ///< Those that were joined. Their places don't change.
+  std::vector<Body> bodies_;
+  std::vector<std::uint32_t> body_of_;         ///< For each object,
+  std::vector<std::uint32_t> first_triangle_;  ///< and where its primitives begin among its body's.
+  std::size_t hierarchies_;
+};
+
+}  // namespace tessera

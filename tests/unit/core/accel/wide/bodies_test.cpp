@@ -1,0 +1,172 @@
+#include "core/accel/wide/bodies.h"
+
+#include <gtest/gtest.h>
+
+#include "core/accel/wide/wide_accel.h"
+#include "tests/support/same_hits.h"
+#include "tests/support/scenes.h"
+
+namespace tessera {
+namespace {
+
+TriangleMesh ball_at(float x) { return icosphere(1, 1, {x, 0, 0}); }
+
+/// Balls in a row whose boxes are in each other's way.
+SceneBuilder row_of_balls(int count) {
+  SceneBuilder b;
+  for (int i = 0; i < count; ++i) b.add(ball_at(0.5F * static_cast<float>(i)));
+  return b;
+}
+
+std::vector<std::uint32_t> counts(const Bodies& bodies) {
+  std::vector<std::uint32_t> counts;
+  for (std::uint32_t body = 0; body < bodies.size(); ++body) counts.push_back(bodies[body].count);
+  return counts;
+}
+
+TEST(Bodies, JoinMeshesThatFollowEachOther) {
+  SceneBuilder b = row_of_balls(3);
+  b.add(Sphere{{0, 0, 0}, 1});
+  for (const float x : {0.0F, 0.5F}) b.add(ball_at(x));
+  b.place(b.shape(ball_at(0)), 0, placed({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0})).add(TriangleMesh{}).add(ball_at(0));
+  const auto scene = b.build();
+  EXPECT_EQ(counts(Bodies::joined(scene)), (std::vector<std::uint32_t>{3, 1, 2, 1, 1, 1}));
+  EXPECT_TRUE(Bodies::joined(scene).are_joined());
+  EXPECT_EQ(counts(Bodies::apart(scene)), std::vector<std::uint32_t>(9, 1));
+  EXPECT_FALSE(Bodies::apart(scene).are_joined());
+}
+
+TEST(Bodies, LeaveMeshesThatLieApart) {
+  SceneBuilder b;
+  for (const float x : {0.0F, 9.0F, 18.0F}) b.add(ball_at(x));
+  EXPECT_FALSE(Bodies::joined(b.build()).are_joined());
+  // A wall around all of them is in each one's way.
+  SceneBuilder room;
+  room.add(icosphere(1, 30)).add(ball_at(0)).add(ball_at(9)).add(ball_at(18));
+  EXPECT_EQ(counts(Bodies::joined(room.build())), std::vector<std::uint32_t>{4});
+}
+
+TEST(Bodies, JoinNoMoreThanAMeshHasRoomFor) {
+  TriangleMesh half = ball_at(0);
+  half.triangles.resize((1 << 20) + 1, half.triangles[0]);
+  SceneBuilder b;
+  b.add(half).add(half).add(ball_at(0));
+  EXPECT_EQ(counts(Bodies::joined(b.build())), (std::vector<std::uint32_t>{1, 2}));
+}
+
+TEST(Bodies, KnowTheirPrimitivesByBothNames) {
+  SceneBuilder b;
+  b.add(Sphere{{0, 0, 0}, 1});
+  const auto scene = b.add(ball_at(0)).add(icosphere(0)).add(ball_at(0.5F)).build();
+  const Bodies bodies = Bodies::joined(scene);
+  ASSERT_EQ(counts(bodies), (std::vector<std::uint32_t>{1, 3}));
+  std::uint32_t expected = 0;
+  for (std::uint32_t object = 1; object < 4; ++object) {
+    const std::uint32_t primitives = primitive_count(scene->shapes[scene->objects[object].shape]);
+    for (std::uint32_t primitive = 0; primitive < primitives; ++primitive, ++expected) {
+      const PrimitiveId id = bodies.of_body({object, primitive});
+      EXPECT_EQ(id.object, 1U);
+      EXPECT_EQ(id.primitive, expected);
+      EXPECT_EQ(bodies.of_object(id).object, object);
+      EXPECT_EQ(bodies.of_object(id).primitive, primitive);
+      const auto& joined = std::get<TriangleMesh>(*bodies[1].shape);
+      const auto& own = std::get<TriangleMesh>(scene->shapes[scene->objects[object].shape]);
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        EXPECT_EQ(joined.positions[joined.triangles[expected][corner]],
+                  own.positions[own.triangles[primitive][corner]]);
+    }
+  }
+  EXPECT_EQ(bodies.of_body(kNoPrimitive).object, kNoPrimitive.object);
+  EXPECT_EQ(bodies.of_objects(std::vector<std::uint32_t>{0, 2, 3}), (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(bodies.of_objects(std::vector<std::uint32_t>{3}), std::vector<std::uint32_t>{1});
+  ObjectMarks marks(4);
+  bodies.mark(marks, 1);
+  EXPECT_EQ(marks.unmarked(), 1U);
+}
+
+/// Balls of which some are the same, with spheres and instances among them: hits coincide, within a joined mesh and
+/// with what isn't.
+std::shared_ptr<const Scene> coincident_scene() {
+  SceneBuilder b;
+  b.add(Quad{{{{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}}}});
+  const std::uint32_t ball = b.shape(ball_at(0)), other = b.shape(ball_at(0.5F));
+  b.place(ball).place(other).place(ball).add(Sphere{{0, 0, 0}, 0.9F}).place(other).place(ball);
+  b.place(ball, 0, placed({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0})).place(other).place(other);
+  return b.build();
+}
+
+std::vector<Ray> rays_about(std::size_t count) {
+  Random random(5);
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d from = random.direction() * 3;
+    rays.push_back({to_float(from), to_float(random.in_cube() - from)});
+  }
+  return rays;
+}
+
+TEST(JoinedAccel, FindsWhatBruteForceFinds) {
+  const auto scene = coincident_scene();
+  ASSERT_TRUE(Bodies::joined(scene).are_joined());
+  const auto known = known_rays(scene, rays_about(2000));
+  ASSERT_GT(count_hits(known), 500U);
+  for (const WideKernels* kernels : runnable_wide_kernels()) {
+    const auto accel = make_wide(scene, {AccelKind::wide}, *kernels, WideAccel::build_tree);
+    expect_same_hits(*accel, known, kernels->name);
+    const std::vector<std::uint32_t> some{0, 3, 5, 8, 9};
+    for (const auto& [ray, hit] : known) {
+      if (!hit || std::ranges::find(some, hit->object) == some.end()) continue;
+      EXPECT_EQ(accel->closest_among(ray, some, {}), hit);
+    }
+  }
+}
+
+TEST(JoinedAccel, TellsCoincidentSurfacesApart) {
+  const auto scene = coincident_scene();
+  const auto brute = make_accel(scene, {AccelKind::brute}), accel = make_accel(scene, {AccelKind::wide});
+  std::size_t layers = 0;
+  for (const Ray& ray : rays_about(2000))
+    for (auto hit = brute->closest(ray); hit; ++layers) {
+      const auto next = brute->coincident(ray, *hit);
+      ASSERT_EQ(accel->coincident(ray, *hit), next);
+      hit = next;
+    }
+  EXPECT_GT(layers, 2000U);
+}
+
+/// Rays leave triangles of joined meshes, as an integrator's do: what they leave is never met, all else is.
+TEST(JoinedAccel, KnowsWhatRaysLeave) {
+  const auto scene = coincident_scene();
+  const auto brute = make_accel(scene, {AccelKind::brute}), accel = make_accel(scene, {AccelKind::wide});
+  std::vector<Ray> away;
+  for (const Ray& ray : rays_about(2000))
+    if (const auto hit = brute->closest(ray); hit && !scene->objects[hit->object].placement) {
+      const auto* mesh = std::get_if<TriangleMesh>(&scene->shapes[scene->objects[hit->object].shape]);
+      if (!mesh) continue;
+      // Strictly beside the triangle, running away from it; through its own twins it may.
+      const TriangleIndices& t = mesh->triangles[hit->primitive];
+      const Vec3 normal =
+          cross(mesh->positions[t[1]] - mesh->positions[t[0]], mesh->positions[t[2]] - mesh->positions[t[0]]);
+      const float side = dot(normal, ray.direction) > 0 ? 1.0F : -1.0F;
+      away.push_back({ray.origin + ray.direction * hit->t + normal * (side * 1e-3F),
+                      normal * side,
+                      0,
+                      kInfinity,
+                      {hit->object, hit->primitive}});
+    }
+  ASSERT_GT(away.size(), 500U);
+  std::vector<Hit> hits(away.size());
+  std::vector<std::uint8_t> hidden(away.size());
+  accel->closest(away, hits);
+  accel->occluded(away, hidden);
+  std::size_t met = 0;
+  for (std::size_t i = 0; i < away.size(); ++i) {
+    EXPECT_EQ(hits[i], brute->closest(away[i]).value_or(Hit{}));
+    EXPECT_EQ(hidden[i] != 0, hits[i].t < kInfinity);
+    met += hidden[i];
+  }
+  EXPECT_GT(met, 50U);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -81,7 +81,7 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->check(kAtLeast1);
   size("--image-cache", config.image_cache, "Encoded images to keep");
   size("--scene-cache", config.scene_cache, "Parsed scenes to keep");
-  size("--structure-cache", config.structure_cache, "Built structures to keep");
+  size("--structure-cache", config.structure_cache, "Built structures and tables of lights to keep");
   flag("--structure-dir", paths.structure_dir,
        "Folder where hierarchies of meshes are kept for the next start, and for other daemons; none without it");
   size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go")

@@ -151,13 +151,28 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
   const Settings& settings = run->settings;
   run->context =
       std::make_unique<RenderContext>(run->scene, nullptr, settings, make_plan(*run->scene, run->camera, settings),
-                                      CameraRays(run->camera, settings.width, settings.height));
+                                      CameraRays(run->camera, settings.width, settings.height), nullptr);
   const auto plan = std::make_shared<const PlanReport>(report(run->context->plan, *run->scene, settings));
   const auto tested = std::make_shared<ObjectMarks>(run->scene->objects.size());
   run->context->tested = tested;
   if (!jobs_.set_plan(run->job.id, plan, tested)) return;
-  if (!plan->needs_structure) return render(run);
+  find_lights(run);
+}
 
+void JobRunner::find_lights(const std::shared_ptr<Run>& run) {
+  if (!needs_lights(run->context->plan)) return find_structure(run);
+  const auto found = [this, run](std::shared_ptr<const LightTable> lights, std::exception_ptr error) {
+    guard(run->job.id, [&] {
+      if (error) std::rethrow_exception(error);
+      run->context->lights = std::move(lights);
+      find_structure(run);
+    });
+  };
+  structures_.get_or_make_lights(run->scene_hash, run->scene, found);
+}
+
+void JobRunner::find_structure(const std::shared_ptr<Run>& run) {
+  if (!needs_structure(run->context->plan)) return render(run);
   const auto traced = [this, run](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
     guard(run->job.id, [&] {
       if (error) std::rethrow_exception(error);
@@ -169,7 +184,7 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
       render(run);
     });
   };
-  structures_.get_or_build(run->scene_hash, run->scene, plan->accel, traced);
+  structures_.get_or_build(run->scene_hash, run->scene, run->context->plan.accel, traced);
 }
 
 void JobRunner::render(const std::shared_ptr<Run>& run) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/accel/accel_table.h"
+#include "core/math/float_environment.h"
 
 namespace tessera::server {
 namespace {
@@ -33,16 +34,29 @@ void StructureCache::get_or_build(const std::string& scene_hash, const std::shar
   const auto make = [&](const std::stop_token&) {
     auto structure = build(scene, options);
     const std::uint64_t bytes = bytes_of(*structure);
-    return Structures::Made{std::move(structure), bytes};
+    return SingleFlight<Kept>::Made{{std::move(structure), nullptr}, bytes};
   };
-  structures_.get(key_of(scene_hash, options), make,
-                  [done = std::move(done)](const Structures::Answer& answer, bool shared) {
-                    done(answer.value.value_or(nullptr), shared, answer.error);
-                  });
+  kept_.get(key_of(scene_hash, options), make,
+            [done = std::move(done)](const SingleFlight<Kept>::Answer& answer, bool shared) {
+              done(answer.value.value_or(Kept{}).structure, shared, answer.error);
+            });
+}
+
+void StructureCache::get_or_make_lights(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
+                                        LightsDone done) {
+  const auto make = [&](const std::stop_token&) {
+    const StrictFloats strict;
+    auto lights = std::make_shared<const LightTable>(scene);
+    const std::uint64_t bytes = lights->bytes() + memory_bytes(*scene);
+    return SingleFlight<Kept>::Made{{nullptr, std::move(lights)}, bytes};
+  };
+  kept_.get(scene_hash + " lights", make, [done = std::move(done)](const SingleFlight<Kept>::Answer& answer, bool) {
+    done(answer.value.value_or(Kept{}).lights, answer.error);
+  });
 }
 
 void StructureCache::recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure) {
-  structures_.recount(key_of(scene_hash, structure->options), structure, bytes_of(*structure));
+  kept_.recount(key_of(scene_hash, structure->options), {structure, nullptr}, bytes_of(*structure));
 }
 
 }  // namespace tessera::server

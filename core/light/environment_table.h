@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -21,6 +22,11 @@ class EnvironmentTable {
  public:
   /// Precondition: the map has texels.
   explicit EnvironmentTable(std::shared_ptr<const EnvironmentMap> map);
+
+  /// Of the heap that it takes, the map left out.
+  std::size_t bytes() const {
+    return cosines_.size() * sizeof(double) + (rows_.size() + columns_.size()) * sizeof(std::uint32_t);
+  }
 
   /// Of all directions, and channels, W/(sr m²).
   double mean_radiance() const { return mean_radiance_; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -24,6 +25,9 @@ class InfiniteLights {
   std::uint32_t size() const {
     return static_cast<std::uint32_t>(directional_.size() + suns_.size() + has_environment_);
   }
+
+  /// Of the heap that they take.
+  std::size_t bytes() const { return map_ ? map_->bytes() : 0; }
 
   struct Sample {
     Vec3 direction;

@@ -63,6 +63,12 @@ LightTable::LightTable(std::shared_ptr<const Scene> scene)
   gather_emitters();
 }
 
+std::size_t LightTable::bytes() const {
+  return far_.bytes() + near_.bytes() + sources_.capacity() * sizeof(PrimitiveId) +
+         first_.capacity() * sizeof(std::uint32_t) + triangles_.capacity() * sizeof(WorldTriangle) +
+         spots_.capacity() * sizeof(SpotCosines) + errors_.capacity() * sizeof(Transform::Error);
+}
+
 void LightTable::gather_emitters() {
   constexpr std::size_t kMostBoxes = 8;
   constexpr float kRoom = 0x1p-10F;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -44,6 +45,9 @@ class LightTable {
   bool empty() const { return count() == 0; }
   /// How many lights may be picked.
   std::uint64_t count() const { return std::uint64_t{near_.size()} + far_.size(); }
+
+  /// That it takes, beside the scene.
+  std::size_t bytes() const;
 
   /// `u` in [0, 1)², and `pick` in [0, 1), what follows u.x beyond the precision of floats. u.x picks the light, and
   /// what is left of it within what is that light's takes its place: so pairs that are well spread are so over all

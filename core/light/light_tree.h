@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,6 +20,9 @@ class LightTree {
 
   /// How many lights may be picked.
   std::uint32_t size() const { return size_; }
+
+  /// Of the heap that it takes.
+  std::size_t bytes() const { return nodes_.capacity() * sizeof(Node) + ways_.capacity() * sizeof(std::uint64_t); }
 
   struct Picked {
     std::uint32_t light;  ///< Its place among those that the tree was made of.

@@ -17,6 +17,11 @@ std::shared_ptr<const LightTable> lights_for(const Plan& plan, const std::shared
 
 RenderContext::RenderContext(std::shared_ptr<const Scene> of, std::shared_ptr<const Accel> structure,
                              const Settings& how, Plan planned, const CameraRays& camera)
+    : RenderContext(of, std::move(structure), how, planned, camera, lights_for(planned, of)) {}
+
+RenderContext::RenderContext(std::shared_ptr<const Scene> of, std::shared_ptr<const Accel> structure,
+                             const Settings& how, Plan planned, const CameraRays& camera,
+                             std::shared_ptr<const LightTable> made)
     : scene(std::move(of)),
       accel(std::move(structure)),
       settings(how),
@@ -24,7 +29,7 @@ RenderContext::RenderContext(std::shared_ptr<const Scene> of, std::shared_ptr<co
       rays(camera),
       sampler({plan.sampler, settings.seed, settings.samples, settings.jitter, measures_error(settings) ? 2U : 1U}),
       filter(settings.filter, settings.filter_width),
-      lights(lights_for(plan, scene)) {}
+      lights(std::move(made)) {}
 
 std::optional<TileResult> render_tile(const RenderContext& context, std::size_t index, PassWork work,
                                       std::stop_token stop) {

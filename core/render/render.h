@@ -28,6 +28,9 @@ using ChunkSize = std::atomic<std::size_t>;
 struct RenderContext {
   RenderContext(std::shared_ptr<const Scene> scene, std::shared_ptr<const Accel> accel, const Settings& settings,
                 Plan plan, const CameraRays& rays);
+  /// With lights that are there already, or will be set.
+  RenderContext(std::shared_ptr<const Scene> scene, std::shared_ptr<const Accel> accel, const Settings& settings,
+                Plan plan, const CameraRays& rays, std::shared_ptr<const LightTable> lights);
 
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Accel> accel;  ///< Null where the plan needs none (`needs_structure`).

@@ -1,16 +1,35 @@
 #include "core/accel/wide/bodies.h"
 
 #include <algorithm>
+#include <array>
 
 namespace tessera {
 namespace {
 
 constexpr std::uint64_t kMostTriangles = 1 << 21;
 
+/// A quad's, in the corners that `intersect` takes for them: it is hit where they are.
+constexpr std::array<TriangleIndices, 2> kQuadTriangles{{{0, 1, 2}, {0, 2, 3}}};
+
+/// Whether both halves are triangles as meshes have them.
+bool is_usable(const Quad& quad) {
+  const auto& [a, b, c, d] = quad.corners;
+  return a != b && b != c && a != c && c != d && a != d;
+}
+
 /// The triangles of an object that may be joined to others; 0 for one that may not.
 std::uint64_t joinable_triangles(const Scene& scene, const Object& object) {
-  const auto* mesh = std::get_if<TriangleMesh>(&scene.shapes[object.shape]);
-  return mesh && !object.placement ? mesh->triangles.size() : 0;
+  if (object.placement) return 0;
+  const Shape& shape = scene.shapes[object.shape];
+  if (const auto* quad = std::get_if<Quad>(&shape)) return is_usable(*quad) ? 2 : 0;
+  const auto* mesh = std::get_if<TriangleMesh>(&shape);
+  return mesh ? mesh->triangles.size() : 0;
+}
+
+void append(TriangleMesh& all, std::span<const Vec3> positions, std::span<const TriangleIndices> triangles) {
+  const auto corners = static_cast<std::uint32_t>(all.positions.size());
+  all.positions.insert(all.positions.end(), positions.begin(), positions.end());
+  for (const TriangleIndices& t : triangles) all.triangles.push_back({t[0] + corners, t[1] + corners, t[2] + corners});
 }
 
 /// How many objects from `first` on follow each other that may be joined, together.
@@ -43,6 +62,7 @@ Bodies::Bodies(std::shared_ptr<const Scene> scene)
     : scene_(std::move(scene)),
       body_of_(scene_->objects.size()),
       first_triangle_(scene_->objects.size()),
+      is_quad_(scene_->objects.size()),
       hierarchies_(scene_->shapes.size()) {}
 
 Bodies Bodies::apart(std::shared_ptr<const Scene> scene) {
@@ -71,7 +91,9 @@ void Bodies::add(std::uint32_t first, std::uint32_t count) {
   for (std::uint32_t member = first; member < first + count; ++member) {
     body_of_[member] = size();
     first_triangle_[member] = triangles;
-    if (count > 1) triangles += static_cast<std::uint32_t>(joinable_triangles(*scene_, scene_->objects[member]));
+    if (count == 1) continue;
+    triangles += static_cast<std::uint32_t>(joinable_triangles(*scene_, scene_->objects[member]));
+    is_quad_[member] = std::holds_alternative<Quad>(scene_->shapes[scene_->objects[member].shape]);
   }
   if (count > 1) {
     body.shape = &meshes_.emplace_back(mesh_of(first, count));
@@ -83,17 +105,17 @@ void Bodies::add(std::uint32_t first, std::uint32_t count) {
 TriangleMesh Bodies::mesh_of(std::uint32_t first, std::uint32_t count) const {
   TriangleMesh all;
   for (std::uint32_t object = first; object < first + count; ++object) {
-    const auto& mesh = std::get<TriangleMesh>(scene_->shapes[scene_->objects[object].shape]);
-    const auto corners = static_cast<std::uint32_t>(all.positions.size());
-    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
-    for (const TriangleIndices& t : mesh.triangles)
-      all.triangles.push_back({t[0] + corners, t[1] + corners, t[2] + corners});
+    const Shape& shape = scene_->shapes[scene_->objects[object].shape];
+    if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
+      append(all, mesh->positions, mesh->triangles);
+    else
+      append(all, std::get<Quad>(shape).corners, kQuadTriangles);
   }
   return all;
 }
 
 std::size_t Bodies::bytes() const {
-  std::size_t bytes = bodies_.size() * sizeof(Body) + 2 * body_of_.size() * sizeof(std::uint32_t);
+  std::size_t bytes = bodies_.size() * sizeof(Body) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
   for (const Shape& shape : meshes_) {
     const auto& mesh = std::get<TriangleMesh>(shape);
     bytes += mesh.positions.size() * sizeof(Vec3) + mesh.triangles.size() * sizeof(TriangleIndices);
@@ -107,8 +129,8 @@ std::vector<Aabb> Bodies::around(std::span<const Aabb> boxes) const {
   return all;
 }
 
-PrimitiveId Bodies::of_body(PrimitiveId id) const {
-  if (id.object >= body_of_.size()) return kNoPrimitive;
+PrimitiveId Bodies::left(PrimitiveId id) const {
+  if (id.object >= body_of_.size() || is_quad_[id.object]) return kNoPrimitive;
   return {body_of_[id.object], first_triangle_[id.object] + id.primitive};
 }
 
@@ -117,7 +139,8 @@ PrimitiveId Bodies::of_object(PrimitiveId id) const {
   if (body.count == 1) return {body.first, id.primitive};
   const auto begin = first_triangle_.begin() + body.first;
   const auto member = std::upper_bound(begin, begin + body.count, id.primitive) - begin - 1;
-  return {body.first + static_cast<std::uint32_t>(member), id.primitive - begin[member]};
+  const std::uint32_t object = body.first + static_cast<std::uint32_t>(member);
+  return {object, is_quad_[object] ? 0 : id.primitive - begin[member]};
 }
 
 std::vector<std::uint32_t> Bodies::of_objects(std::span<const std::uint32_t> objects) const {

@@ -12,10 +12,10 @@
 
 namespace tessera {
 
-/// What a `WideAccel` searches: the objects of a scene, or fewer bodies than that. Meshes that follow each other in the
-/// scene, and lie in the world as they are, may be joined to one mesh: a ray's way through one hierarchy is shorter
-/// than through several whose boxes are in each other's way. As their objects follow each other, hits have the same
-/// order by bodies as by objects. Immutable, safe from any thread.
+/// What a `WideAccel` searches: the objects of a scene, or fewer bodies than that. Meshes and quads that follow each
+/// other in the scene, and lie in the world as they are, may be joined to one mesh: a ray's way through one hierarchy
+/// is shorter than through several whose boxes are in each other's way. As their objects follow each other, hits have
+/// the same order by bodies as by objects. Immutable, safe from any thread.
 class Bodies {
  public:
   struct Body {
@@ -45,8 +45,11 @@ class Bodies {
   /// For each body the box around its objects', of which `boxes` are all.
   std::vector<Aabb> around(std::span<const Aabb> boxes) const;
 
-  /// A primitive of an object as its body's, and back; there and back `kNoPrimitive` is none.
-  PrimitiveId of_body(PrimitiveId id) const;
+  /// What a ray leaves, as its body's: none for one of the two triangles of a quad.
+  PrimitiveId left(PrimitiveId id) const;
+  /// The first primitive of an object, as its body's.
+  PrimitiveId first_of(std::uint32_t object) const { return {body_of_[object], first_triangle_[object]}; }
+  /// What is hit, as its object's.
   PrimitiveId of_object(PrimitiveId id) const;
   /// The bodies of some objects, both ascending.
   std::vector<std::uint32_t> of_objects(std::span<const std::uint32_t> objects) const;
@@ -64,6 +67,7 @@ class Bodies {
   std::vector<Body> bodies_;
   std::vector<std::uint32_t> body_of_;         ///< For each object,
   std::vector<std::uint32_t> first_triangle_;  ///< and where its primitives begin among its body's.
+  std::vector<std::uint8_t> is_quad_;          ///< That was joined.
   std::size_t hierarchies_;
 };
 

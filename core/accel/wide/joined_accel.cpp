@@ -21,7 +21,7 @@ std::optional<Hit> JoinedAccel::closest_among(const Ray& ray, std::span<const st
 std::optional<Hit> JoinedAccel::coincident(const Ray& ray, const Hit& hit, TraceLog log) const {
   const std::uint32_t next = hit.object + 1;
   if (next == bodies().scene().objects.size()) return std::nullopt;
-  return of_object(wide_.closest_at(of_body(ray), hit.t, bodies().of_body({next, 0}), log));
+  return of_object(wide_.closest_at(of_body(ray), hit.t, bodies().first_of(next), log));
 }
 
 void JoinedAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
@@ -52,13 +52,13 @@ void JoinedAccel::with_bodies(Candidates objects, Trace&& trace) const {
 
 Ray JoinedAccel::of_body(const Ray& ray) const {
   Ray of_body = ray;
-  of_body.leaves = bodies().of_body(ray.leaves);
+  of_body.leaves = bodies().left(ray.leaves);
   return of_body;
 }
 
 std::vector<Ray> JoinedAccel::of_bodies(std::span<const Ray> rays) const {
   std::vector<Ray> all(rays.begin(), rays.end());
-  for (Ray& ray : all) ray.leaves = bodies().of_body(ray.leaves);
+  for (Ray& ray : all) ray.leaves = bodies().left(ray.leaves);
   return all;
 }
 

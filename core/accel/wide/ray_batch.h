@@ -20,10 +20,13 @@ class RayBatch {
   /// `reach` and `placed` as for `cull_pad`.
   RayBatch(const Aabb& reach, Transform::Error placed) : reach_(reach), placed_(placed) {}
 
-  /// Begins with rays that have no answers yet. Precondition: all are traceable, and there are some.
-  void start(std::span<const Ray> rays, std::span<Answer> answers) {
+  /// Begins with rays that have no answers yet. Precondition: all are traceable, and there are some. Neighbours that
+  /// run together are picked together, others one by one.
+  void start(std::span<const Ray> rays, std::span<Answer> answers, bool run_together) {
     rays_ = rays;
     answers_ = answers;
+    run_together_ = run_together;
+    cull_rays_.clear();
     bundles_.clear();
     for (std::size_t first = 0; first < rays.size(); first += kBundle)
       bundles_.emplace_back(rays.subspan(first, bundle_size(first)), reach_, placed_);
@@ -40,10 +43,10 @@ class RayBatch {
     return order_;
   }
 
-  /// Picks the rays that may hit what lies in `box` before what they have hit; false if there are none. With
-  /// `only_traceable`, without those that the placement makes untraceable.
+  /// Picks the rays that may hit what lies in `box` before what they have hit; false if there are none. Of a mesh
+  /// without those that the placement makes untraceable; one without a placement looks at each ray by itself.
   template <typename Counter>
-  bool pick(const Aabb& box, const Transform* placement, bool only_traceable, Counter tally) {
+  bool pick(const Aabb& box, const Transform* placement, bool is_mesh, Counter tally) {
     entered_.clear();
     for (std::size_t first = 0; first < rays_.size(); first += kBundle) {
       const std::size_t size = bundle_size(first);
@@ -51,12 +54,15 @@ class RayBatch {
       tally.volumes(size, misses ? 0 : size);
       if (!misses) entered_.push_back(first);
     }
-    is_whole_ = !placement && entered_.size() == bundles_.size();
+    const bool one_by_one = !run_together_ && (placement || !is_mesh);
+    is_whole_ = !placement && !one_by_one && entered_.size() == bundles_.size();
     if (is_whole_) return true;
     picked_.clear();
     local_.clear();
     found_.clear();
-    for (const std::size_t first : entered_) pick_from(first, placement, only_traceable);
+    if (one_by_one && cull_rays_.empty())
+      for (const Ray& ray : rays_) cull_rays_.emplace_back(ray, reach_, placed_);
+    for (const std::size_t first : entered_) pick_from(first, one_by_one ? &box : nullptr, placement, is_mesh);
     return !picked_.empty();
   }
 
@@ -82,9 +88,10 @@ class RayBatch {
 
   std::size_t bundle_size(std::size_t first) const { return std::min(kBundle, rays_.size() - first); }
 
-  void pick_from(std::size_t first, const Transform* placement, bool only_traceable) {
+  void pick_from(std::size_t first, const Aabb* box, const Transform* placement, bool only_traceable) {
     for (std::size_t i = first; i < first + bundle_size(first); ++i) {
       if (is_settled(answers_[i])) continue;
+      if (box && cull_rays_[i].misses(*box, rays_[i].t_min, std::min(rays_[i].t_max, limit(answers_[i])))) continue;
       const Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];
       if (placement && only_traceable && !is_traceable(ray)) continue;
       found_.push_back(answers_[i]);
@@ -92,6 +99,9 @@ class RayBatch {
       local_.push_back(ray);
     }
   }
+
+  static float limit(const Hit& hit) { return hit.t; }
+  static float limit(std::uint8_t) { return kInfinity; }
 
   /// The greatest t that any of some rays looks for.
   static float limit(std::span<const Hit> hits) {
@@ -111,7 +121,9 @@ class RayBatch {
   Transform::Error placed_;
   std::span<const Ray> rays_;
   std::span<Answer> answers_;
+  bool run_together_ = true;
   std::vector<CullBundle> bundles_;
+  std::vector<CullRay> cull_rays_;  ///< For each ray, once any is picked alone.
   std::vector<std::pair<float, std::uint32_t>> by_entry_;
   std::vector<std::uint32_t> order_;
   // Of the object at hand.

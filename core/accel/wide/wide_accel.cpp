@@ -200,7 +200,7 @@ void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog
     return closest_on(0, rays, hits, log.counts);
   }
   RayBatch<Hit> batch(tree_.root(), placed_);
-  batch.start(rays, hits);
+  batch.start(rays, hits, false);
   for (const std::uint32_t body : batch.near_to_far(bodies, boxes_)) {
     if (!pick(body, batch, log)) continue;
     closest_on(body, batch.rays(), batch.found(), log.counts);
@@ -248,7 +248,7 @@ void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog
       Accel::closest_fan(fan.part(first, count), hits.subspan(first, count), log, among);
       continue;
     }
-    batch.start(rays, hits.subspan(first, count));
+    batch.start(rays, hits.subspan(first, count), true);
     for (const std::uint32_t body : batch.near_to_far(bodies, boxes_)) {
       if (!pick(body, batch, log)) continue;
       if (is_mesh(bodies_[body])) {
@@ -290,7 +290,7 @@ void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidd
   const std::size_t most = apex ? kFanRays : rays.size();
   for (std::size_t first = 0; first < rays.size(); first += most) {
     const std::size_t count = std::min(most, rays.size() - first);
-    batch.start(rays.subspan(first, count), hidden.subspan(first, count));
+    batch.start(rays.subspan(first, count), hidden.subspan(first, count), apex.has_value());
     for (const std::uint32_t body : bodies) {
       if (!pick(body, batch, log)) continue;
       // A placement rounds once more: of rays that lead to one point it makes rays that nearly do.

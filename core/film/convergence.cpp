@@ -17,7 +17,12 @@ constexpr double kRelMseOffset = 0.01;
 
 /// Of 95 in 100, for a normal distribution.
 constexpr double kDeviations = 1.96;
-constexpr double kDoubt = 1.25;
+
+/// By so many deviations, of its own noise and theirs, a pixel may differ from its neighbours and still be taken for
+/// one of them. The noise of a pixel is known from one difference: a lone bright sample in either half puts the pixel
+/// off by one such deviation exactly, so that this has to be more; but the more it is, the more is smoothed across
+/// edges.
+constexpr double kSameDeviations = 1.5;
 
 /// Of the samples that blocks have on average, a block has this share at least.
 constexpr double kLeastShare = 1.0 / 8;
@@ -42,29 +47,10 @@ Estimate estimate_of(Rgb first, Rgb second, std::uint32_t samples) {
   return out;
 }
 
-/// What some pixels have in a channel, summed.
-struct Neighbours {
-  double count = 0, color = 0, squares = 0, variance = 0;
-
-  void add(const Estimate& pixel, std::size_t channel) {
-    count += 1;
-    color += pixel.color[channel];
-    squares += pixel.color[channel] * pixel.color[channel];
-    variance += pixel.variance[channel];
-  }
-  void add(const Neighbours& others) {
-    count += others.count;
-    color += others.color;
-    squares += others.squares;
-    variance += others.variance;
-  }
-};
-
-/// The estimates of one row after the other, and of each pixel's neighbours.
+/// The estimates of a row after the other, and of those above and below it.
 class Rows {
  public:
-  Rows(const Sums& sums, const Pass& done)
-      : sums_(sums), done_(done), above_and_below_(static_cast<std::size_t>(done.width)) {
+  Rows(const Sums& sums, const Pass& done) : sums_(sums), done_(done) {
     for (auto& row : rows_) row.resize(static_cast<std::size_t>(done.width));
     load(0);
   }
@@ -73,27 +59,15 @@ class Rows {
   void go_to(std::int32_t y) {
     y_ = y;
     if (y + 1 < done_.height) load(y + 1);
-    for (std::size_t x = 0; x < above_and_below_.size(); ++x) {
-      above_and_below_[x] = {};
-      for (std::size_t c = 0; c < 3; ++c) {
-        if (y > 0) above_and_below_[x][c].add(row(y - 1)[x], c);
-        if (y + 1 < done_.height) above_and_below_[x][c].add(row(y + 1)[x], c);
-      }
-    }
   }
 
-  const Estimate& at(std::size_t x) const { return row(y_)[x]; }
+  const Estimate& at(std::int32_t x) const { return row(y_)[static_cast<std::size_t>(x)]; }
 
-  /// Of the up to eight pixels around one of this row.
-  Neighbours around(std::size_t x, std::size_t channel) const {
-    Neighbours all = above_and_below_[x][channel];
-    const auto add = [&](std::size_t beside) {
-      all.add(above_and_below_[beside][channel]);
-      all.add(row(y_)[beside], channel);
-    };
-    if (x > 0) add(x - 1);
-    if (x + 1 < above_and_below_.size()) add(x + 1);
-    return all;
+  /// The pixel that lies so far, 1 at most, from one of this row; null outside the image.
+  const Estimate* beside(std::int32_t x, std::int32_t dx, std::int32_t dy) const {
+    const std::int32_t u = x + dx, v = y_ + dy;
+    if (u < 0 || v < 0 || u >= done_.width || v >= done_.height) return nullptr;
+    return &row(v)[static_cast<std::size_t>(u)];
   }
 
  private:
@@ -112,46 +86,77 @@ class Rows {
   const Pass& done_;
   std::int32_t y_ = 0;
   std::array<std::vector<Estimate>, 3> rows_;
-  std::vector<std::array<Neighbours, 3>> above_and_below_;
 };
 
-/// What relMSE's denominator is made of: the pixel's converged colour, as far as that can be told. The pixel's own
-/// colour is bright just where its noise is, so that its error would look smaller than it is; what its neighbours show
-/// has noise of its own. The colour is drawn towards theirs as far as noise explains their differences (James & Stein
-/// 1961).
-double reference(const Estimate& own, const Neighbours& others, std::size_t channel) {
-  if (others.count < 2) return own.color[channel];
-  const double mean = others.color / others.count,
-               noise = (own.variance[channel] + others.variance) / (others.count + 1);
-  const double spread = std::max(others.squares - others.color * mean, 1e-300) / (others.count - 1);
-  return own.color[channel] + std::min(1.0, noise / spread) * (mean - own.color[channel]);
+/// Two guesses of something, between which it is expected.
+struct Guesses {
+  double low = 0, high = 0;
+
+  double middle() const { return (low + high) / 2; }
+};
+
+/// A pixel's part of relMSE. Its variance isn't biased, but the converged colour that the denominator is made of has to
+/// be guessed, from the pixel and from those about it that may well be the same. A guess that has the pixel's own noise
+/// in it is bright just where the variance is large: the term comes out too small. One that leaves it out has nothing
+/// to do with the variance; but it has the others' noise, and as 1/x² is convex, the term comes out too large. Unless
+/// the pixel lies in a crease, darker than all about it: then what it shows itself is nearer to the truth.
+///
+/// Neighbours count in pairs that face each other, so that a slope doesn't matter, and as far as noise explains what
+/// the middle of a pair differs by: pairs across an edge don't, the one along it does.
+Guesses term_of(const Rows& rows, std::int32_t x, std::size_t channel) {
+  constexpr std::array<std::array<std::int32_t, 2>, 4> kDirections{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+  const double own = rows.at(x).color[channel], variance = rows.at(x).variance[channel];
+  if (variance == 0) return {};
+  double others = 0, count = 0;
+  for (const auto [dx, dy] : kDirections) {
+    const Estimate *one = rows.beside(x, dx, dy), *other = rows.beside(x, -dx, -dy);
+    if (one == nullptr || other == nullptr) continue;
+    const double sum = one->color[channel] + other->color[channel], off = sum / 2 - own;
+    const double noise = variance + (one->variance[channel] + other->variance[channel]) / 4;
+    if (off * off > kSameDeviations * kSameDeviations * noise) continue;
+    others += sum;
+    count += 2;
+  }
+  const double with_own = (own + others) / (1 + count), without = count == 0 ? own : others / count;
+  const auto term = [&](double color) { return variance / (color * color + kRelMseOffset); };
+  return {term(std::max(with_own, without)), term(std::min(own, without))};
 }
 
 /// Of the terms of pixels, each the sum over its channels.
 struct Moments {
-  double sum = 0, squares = 0;
-  /// Of what denominators may be off by: as much as the noise that they are made with, and of pixels that are all noise
-  /// by a factor that isn't known.
-  double doubtful = 0;
+  Guesses sum;
+  double squares = 0;
 
-  void add(double term) {
-    sum += term;
-    squares += term * term;
-    doubtful += term * term / (1 + term);
+  void add(const Guesses& term) {
+    sum.low += term.low;
+    sum.high += term.high;
+    squares += term.middle() * term.middle();
   }
 };
 
+/// How far beyond 1 the quotient of two independent sums of squares of normal numbers with so many degrees of freedom
+/// lies in 2.5 of 100 cases, by its root. The quotient's distribution is F's, which Student's t gives where both have
+/// the same degrees (Cacoullos 1965), and t is expanded about the normal distribution (Fisher & Cornish 1960): 1% short
+/// at three degrees.
+double quotient_of(double freedom) {
+  const double z = kDeviations, z2 = z * z, n = freedom;
+  const double t = z * (1 + (z2 + 1) / (4 * n) + ((5 * z2 + 16) * z2 + 3) / (96 * n * n) +
+                        (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (384 * n * n * n));
+  const double u = t / std::sqrt(n);
+  return u + std::sqrt(u * u + 1);
+}
+
 /// The estimate of relMSE, E, and the true one, T, are means over pixels of (a − b)²/4 and (a + b)²/4, where a and b
-/// are what the halves are off by, each by its denominator. So they differ by the mean of a·b, whose variance is a sum
-/// of those of a times those of b: of normal noise, 4/3 of the sum of the estimates' squares, and less of any noise
-/// with longer tails, as the rare bright sample is in E and T alike. Channels go together, as if they all had the same
-/// noise. The interval is symmetric in the logarithm, as neither can be negative.
+/// are what the halves are off by, each by its denominator. Of normal noise they are independent, and their quotient's
+/// distribution is F's. With degrees of freedom after Satterthwaite (1946): as many as give the variance of E − T, the
+/// mean of a·b, which is a sum of products of variances of a and b. Of any noise whatever that is at most twice the sum
+/// of the terms' squares, which is reached where a sample falls on one or the other side of an edge; one term alone has
+/// one degree. Channels go together, as if they all had the same noise.
 ErrorEstimate interval(const Moments& m, double values) {
-  if (m.sum == 0) return {};
-  const double error = std::sqrt(m.sum / values);
-  const double deviation = std::sqrt(4.0 / 3 * m.squares) / m.sum, doubt = m.doubtful / m.sum;
-  const double factor = std::exp((kDeviations * deviation + kDoubt * doubt) / 2);
-  return {error, error / factor, error * factor};
+  const double sum = m.sum.middle();
+  if (sum == 0) return {};
+  const double factor = quotient_of(2 * sum * sum / m.squares - 1);
+  return {std::sqrt(sum / values), std::sqrt(m.sum.low / values) / factor, std::sqrt(m.sum.high / values) * factor};
 }
 
 /// Of blocks around a block, itself left out.
@@ -180,16 +185,15 @@ std::optional<Convergence> measure(const Sums& sums, const Pass& done) {
   for (std::int32_t y = 0; y < done.height; ++y) {
     rows.go_to(y);
     const auto first_block = static_cast<std::size_t>(y / Pass::kBlock) * static_cast<std::size_t>(done.columns());
-    for (std::size_t x = 0; x < static_cast<std::size_t>(done.width); ++x) {
-      const Estimate& own = rows.at(x);
-      double pixel = 0;
+    for (std::int32_t x = 0; x < done.width; ++x) {
+      Guesses pixel;
       for (std::size_t c = 0; c < 3; ++c) {
-        if (own.variance[c] == 0) continue;
-        const double color = reference(own, rows.around(x, c), c);
-        pixel += own.variance[c] / (color * color + kRelMseOffset);
+        const Guesses term = term_of(rows, x, c);
+        pixel.low += term.low;
+        pixel.high += term.high;
       }
       moments.add(pixel);
-      out.blocks[first_block + x / Pass::kBlock] += pixel;
+      out.blocks[first_block + static_cast<std::size_t>(x / Pass::kBlock)] += pixel.middle();
     }
   }
   for (std::size_t block = 0; block < out.blocks.size(); ++block)

@@ -24,10 +24,18 @@ constexpr std::chrono::milliseconds kTurn{30};
 /// Short enough for a string that takes no memory.
 constexpr const char* kOutOfMemory = "out of memory";
 
-/// Whether no sample of a pixel can differ from another: nothing is drawn for any, or nothing is to be seen but a sky
-/// that is the same everywhere.
+/// Whether there is no light.
+bool is_dark(const Plan& plan) {
+  const Features& has = plan.features;
+  return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.sky &&
+         has.only_physical;
+}
+
+/// Whether no sample of a pixel can differ from another: nothing is drawn for any, nothing is to be seen but a sky that
+/// is the same everywhere, or all is black, and opaque.
 bool is_noiseless(const RenderContext& context) {
   const Plan& plan = context.plan;
+  if (is_dark(plan) && !context.settings.transparent) return true;
   const auto is_empty = [](const Tile& tile) { return tile.first_level == FirstLevel::nothing; };
   if (std::ranges::all_of(plan.tiling.tiles, is_empty)) return context.settings.transparent || plan.features.even_sky;
   return plan.integrator == IntegratorKind::whitted && !context.settings.jitter && !context.rays.has_lens();

@@ -13,6 +13,10 @@ namespace {
 constexpr std::uint64_t kSafePerPixel = 16;
 constexpr std::uint64_t kSafeInAll = 1 << 18;
 
+/// So many times as many, and no two that differ: what has not been seen by then hardly ever will be, and more samples
+/// don't bring the error any nearer to being known.
+constexpr std::uint64_t kHopeless = 16;
+
 /// Of the time that is left, the part that a pass is meant to take: the rest is for what it takes longer.
 constexpr double kUsedTime = 0.9;
 
@@ -91,6 +95,11 @@ void Passes::take_stock() {
 
 bool Passes::is_safe() const { return report_.least >= safe_samples(settings_); }
 
+bool Passes::is_hopeless() const {
+  return settings_.error && convergence_ && convergence_->estimate.error == 0 &&
+         report_.least >= kHopeless * safe_samples(settings_);
+}
+
 void Passes::look_at_error() {
   if (!measures_error(settings_)) return;
   std::optional<ErrorEstimate> estimate;
@@ -108,7 +117,7 @@ std::optional<Pass> Passes::pass_after(double seconds) {
     return std::nullopt;
   };
   const std::uint64_t pixels = pixels_of(settings_), most = pixels * settings_.samples;
-  if (report_.samples == most) return end(EndedBy::samples);
+  if (report_.samples == most || is_hopeless()) return end(EndedBy::samples);
   if (settings_.error && report_.error && report_.error->high <= *settings_.error) return end(EndedBy::error);
   if (settings_.seconds && seconds >= *settings_.seconds) return end(EndedBy::seconds);
 

@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-/// What ended the passes over an image: that every pixel has all of its samples, that the error is as small as was
-/// asked for, or that the time is over.
+/// What ended the passes over an image: that every pixel has all of its samples, or very many of which no two differ
+/// anywhere; that the error is as small as was asked for; or that the time is over.
 enum class EndedBy { samples, error, seconds };
 
 /// How far the passes over an image have come.
@@ -63,6 +63,8 @@ class Passes {
   void take_stock();
   /// Whether there are samples enough for the error that they show to be believed.
   bool is_safe() const;
+  /// Whether an error that was asked for will hardly ever be known, as there is no noise to be seen.
+  bool is_hopeless() const;
   void look_at_error();
 
   Settings settings_;

@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -112,7 +113,9 @@ TEST_F(JobRunnerTest, EndsAtOnceWhereSamplesCannotDiffer) {
     return status.samples_per_pixel.most;
   };
   Scene dark = *scene_;
-  dark.background = {};  // Nothing is seen, whatever is there: no two samples differ.
+  dark.background = {};
+  const auto unlit = std::make_shared<const Scene>(dark);
+  dark.lights = {PointLight{{0, 0, 0}, {9, 9, 9}}};  // Shut in: nothing is seen, and no two samples differ.
   scene_ = std::make_shared<const Scene>(std::move(dark));
   const Camera away = PerspectiveCamera{View{{0, 0, 9}, {0, 0, 99}}};
   PerspectiveCamera with_lens{View{{0, 0, 9}, {0, 0, 0}}};
@@ -125,7 +128,16 @@ TEST_F(JobRunnerTest, EndsAtOnceWhereSamplesCannotDiffer) {
     settings.jitter = false;
     EXPECT_EQ(samples(frame_scene(*scene_, 32, 32)), integrator == IntegratorKind::whitted ? 1U : 300U);
     EXPECT_EQ(samples(with_lens), 300U);
+    const auto lit = std::exchange(scene_, unlit);
+    EXPECT_EQ(samples(with_lens), 1U) << "there is no light that could be missed";
+    settings.transparent = true;
+    EXPECT_EQ(samples(with_lens), 300U) << "edges are";
+    settings.transparent = false;
+    scene_ = lit;
   }
+  scene_ = unlit;
+  settings.integrator = IntegratorKind::ambient_occlusion;
+  EXPECT_EQ(samples(with_lens), 300U);
 }
 
 TEST_F(JobRunnerTest, EndsInTime) {

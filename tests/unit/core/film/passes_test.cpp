@@ -110,6 +110,21 @@ TEST(Passes, ClaimNothingWhereNoSampleDiffers) {
   EXPECT_FALSE(report.error);
 }
 
+/// Nor do more of them tell: who asks for an error alone isn't left waiting for the most that there may be.
+TEST(Passes, EndWithoutAClaimWhereNoSampleEverDiffers) {
+  Settings settings = sized(1U << 30);
+  settings.error = 0.5F;
+  const PassReport report = report_of(settings, 0);
+  EXPECT_EQ(report.ended_by, EndedBy::samples);
+  EXPECT_FALSE(report.error);
+  EXPECT_GE(report.samples, 1U << 22);
+  EXPECT_LE(report.samples, 1U << 23);
+  EXPECT_EQ(report.high_total, report.samples);
+  settings.error.reset();
+  settings.seconds = 1;
+  EXPECT_EQ(report_of(settings, 0, 0.04).ended_by, EndedBy::seconds) << "time is what was asked for";
+}
+
 TEST(Passes, ClaimNothingOfWhatIsClamped) {
   Settings settings = sized(1000);
   settings.error = 0.5F;

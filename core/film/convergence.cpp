@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -47,45 +48,47 @@ Estimate estimate_of(Rgb first, Rgb second, std::uint32_t samples) {
   return out;
 }
 
-/// The estimates of a row after the other, and of those above and below it.
+/// The estimates of a row after the other, and of those above and below it. What lies outside the image is NaN.
 class Rows {
  public:
   Rows(const Sums& sums, const Pass& done) : sums_(sums), done_(done) {
-    for (auto& row : rows_) row.resize(static_cast<std::size_t>(done.width));
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    for (auto& row : rows_) row.resize(static_cast<std::size_t>(done.width) + 2, {{kNaN, kNaN, kNaN}, {}});
+    outside_ = rows_[0];
     load(0);
   }
 
   /// Goes to row `y`, which is 0 or the one that follows.
   void go_to(std::int32_t y) {
-    y_ = y;
     if (y + 1 < done_.height) load(y + 1);
+    for (const std::int32_t dy : {-1, 0, 1}) {
+      const bool is_inside = y + dy >= 0 && y + dy < done_.height;
+      near_[static_cast<std::size_t>(dy + 1)] = (is_inside ? row(y + dy) : outside_).data() + 1;
+    }
   }
 
-  const Estimate& at(std::int32_t x) const { return row(y_)[static_cast<std::size_t>(x)]; }
-
-  /// The pixel that lies so far, 1 at most, from one of this row; null outside the image.
-  const Estimate* beside(std::int32_t x, std::int32_t dx, std::int32_t dy) const {
-    const std::int32_t u = x + dx, v = y_ + dy;
-    if (u < 0 || v < 0 || u >= done_.width || v >= done_.height) return nullptr;
-    return &row(v)[static_cast<std::size_t>(u)];
+  /// The pixel that lies so far, 1 at most, from one of this row.
+  const Estimate& at(std::int32_t x, std::int32_t dx = 0, std::int32_t dy = 0) const {
+    return near_[static_cast<std::size_t>(dy + 1)][x + dx];
   }
 
  private:
-  const std::vector<Estimate>& row(std::int32_t y) const { return rows_[static_cast<std::size_t>(y % 3)]; }
+  std::vector<Estimate>& row(std::int32_t y) { return rows_[static_cast<std::size_t>(y % 3)]; }
 
   void load(std::int32_t y) {
-    std::size_t pixel = sums_.totals.index(0, y);
-    std::int32_t x = 0;
-    for (Estimate& estimate : rows_[static_cast<std::size_t>(y % 3)]) {
-      estimate = estimate_of(sums_.totals.color[pixel], sums_.second[pixel], done_.of(x++, y).end());
-      ++pixel;
+    const std::size_t first = sums_.totals.index(0, y);
+    for (std::int32_t x = 0; x < done_.width; ++x) {
+      const std::size_t pixel = first + static_cast<std::size_t>(x);
+      row(y)[static_cast<std::size_t>(x) + 1] =
+          estimate_of(sums_.totals.color[pixel], sums_.second[pixel], done_.of(x, y).end());
     }
   }
 
   const Sums& sums_;
   const Pass& done_;
-  std::int32_t y_ = 0;
   std::array<std::vector<Estimate>, 3> rows_;
+  std::vector<Estimate> outside_;
+  std::array<const Estimate*, 3> near_{};
 };
 
 /// Two guesses of something, between which it is expected.
@@ -95,31 +98,37 @@ struct Guesses {
   double middle() const { return (low + high) / 2; }
 };
 
-/// A pixel's part of relMSE. Its variance isn't biased, but the converged colour that the denominator is made of has to
-/// be guessed, from the pixel and from those about it that may well be the same. A guess that has the pixel's own noise
-/// in it is bright just where the variance is large: the term comes out too small. One that leaves it out has nothing
-/// to do with the variance; but it has the others' noise, and as 1/x² is convex, the term comes out too large. Unless
-/// the pixel lies in a crease, darker than all about it: then what it shows itself is nearer to the truth.
+/// A pixel's part of relMSE, summed over its channels. Its variance isn't biased, but the converged colour that the
+/// denominator is made of has to be guessed, from the pixel and from those about it that may well be the same. A guess
+/// that has the pixel's own noise in it is bright just where the variance is large: the term comes out too small. One
+/// that leaves it out has nothing to do with the variance; but it has the others' noise, and as 1/x² is convex, the
+/// term comes out too large. Unless the pixel lies in a crease, darker than all about it: then what it shows itself is
+/// nearer to the truth.
 ///
 /// Neighbours count in pairs that face each other, so that a slope doesn't matter, and as far as noise explains what
 /// the middle of a pair differs by: pairs across an edge don't, the one along it does.
-Guesses term_of(const Rows& rows, std::int32_t x, std::size_t channel) {
+Guesses term_of(const Rows& rows, std::int32_t x) {
   constexpr std::array<std::array<std::int32_t, 2>, 4> kDirections{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
-  const double own = rows.at(x).color[channel], variance = rows.at(x).variance[channel];
-  if (variance == 0) return {};
-  double others = 0, count = 0;
-  for (const auto [dx, dy] : kDirections) {
-    const Estimate *one = rows.beside(x, dx, dy), *other = rows.beside(x, -dx, -dy);
-    if (one == nullptr || other == nullptr) continue;
-    const double sum = one->color[channel] + other->color[channel], off = sum / 2 - own;
-    const double noise = variance + (one->variance[channel] + other->variance[channel]) / 4;
-    if (off * off > kSameDeviations * kSameDeviations * noise) continue;
-    others += sum;
-    count += 2;
+  const Estimate& pixel = rows.at(x);
+  if (pixel.variance == Triple{}) return {};
+  Guesses term;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double own = pixel.color[c], variance = pixel.variance[c];
+    double others = 0, count = 0;
+    for (const auto [dx, dy] : kDirections) {
+      const Estimate &one = rows.at(x, dx, dy), &other = rows.at(x, -dx, -dy);
+      const double sum = one.color[c] + other.color[c], off = sum / 2 - own;
+      const double noise = variance + (one.variance[c] + other.variance[c]) / 4;
+      const bool is_same = off * off <= kSameDeviations * kSameDeviations * noise;
+      others += is_same ? sum : 0;
+      count += is_same ? 2 : 0;
+    }
+    const double with_own = (own + others) / (1 + count), without = count == 0 ? own : others / count;
+    const double bright = std::max(with_own, without), dark = std::min(own, without);
+    term.low += variance / (bright * bright + kRelMseOffset);
+    term.high += variance / (dark * dark + kRelMseOffset);
   }
-  const double with_own = (own + others) / (1 + count), without = count == 0 ? own : others / count;
-  const auto term = [&](double color) { return variance / (color * color + kRelMseOffset); };
-  return {term(std::max(with_own, without)), term(std::min(own, without))};
+  return term;
 }
 
 /// Of the terms of pixels, each the sum over its channels.
@@ -186,12 +195,7 @@ std::optional<Convergence> measure(const Sums& sums, const Pass& done) {
     rows.go_to(y);
     const auto first_block = static_cast<std::size_t>(y / Pass::kBlock) * static_cast<std::size_t>(done.columns());
     for (std::int32_t x = 0; x < done.width; ++x) {
-      Guesses pixel;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const Guesses term = term_of(rows, x, c);
-        pixel.low += term.low;
-        pixel.high += term.high;
-      }
+      const Guesses pixel = term_of(rows, x);
       moments.add(pixel);
       out.blocks[first_block + static_cast<std::size_t>(x / Pass::kBlock)] += pixel.middle();
     }

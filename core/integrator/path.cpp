@@ -148,7 +148,7 @@ void PathTracer::add_escaped(const Path& path, Vec3 direction) {
     if (options_.hides_background) return;
   }
   if (!lights_) return;
-  auto [radiance, pdf] = lights_->escaped(direction, path.from_normal);
+  auto [radiance, pdf] = lights_->escaped(path.from, direction);
   if (radiance.is_black()) return;
   if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, pdf);
   add(path.sum, path.throughput * radiance);
@@ -161,20 +161,19 @@ void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
   if (radiance.is_black()) return;
   if (path.pdf > 0) {
     // As lights were sampled: the ray may have started on the smooth surface, beside that point.
-    const Vec3d way = surface.position - path.from;
+    const Vec3d way = surface.position - path.from.point;
     const auto from_there = UnitVec3::normalize(way);
-    radiance = radiance * mis_weight(path.pdf, lights_->pdf_hit(path.from, path.from_normal,
-                                                                from_there ? Vec3(*from_there) : direction,
+    radiance = radiance * mis_weight(path.pdf, lights_->pdf_hit(path.from, from_there ? Vec3(*from_there) : direction,
                                                                 at.primitive, length(way), surface.geometric_normal));
   }
   add(path.sum, path.throughput * radiance * share);
 }
 
-void PathTracer::sample_light(const Path& path, const Vertex& at) {
+void PathTracer::sample_light(Path& path, const Vertex& at) {
   if (!lights_ || lights_->empty() || !has_smooth_lobes(at.bsdf)) return;
   const float pick = lights_->count() == 1 ? 0.5F : path.numbers.one(dimension(vertex_, Decision::light_pick));
-  const auto light = lights_->sample(at.shading.surface.position, at.light_normal, pick,
-                                     path.numbers.two(dimension(vertex_, Decision::light)));
+  path.from = lights_->viewpoint(at.shading.surface.position, at.light_normal);
+  const auto light = lights_->sample(path.from, pick, path.numbers.two(dimension(vertex_, Decision::light)));
   if (!light) return;
   const Vec3 wi = at.frame.to_local(light->to_light);
   const BsdfValue value = evaluate(at.bsdf, at.to_viewer, wi);
@@ -207,8 +206,6 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
   path.throughput = path.throughput * way->share;
   ray = way->ray;
   path.pdf = chosen->is_delta ? 0 : chosen->pdf;
-  path.from = at.shading.surface.position;
-  path.from_normal = at.light_normal;
   return true;
 }
 

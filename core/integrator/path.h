@@ -46,11 +46,10 @@ class PathTracer final : public Integrator {
     /// With which the last surface chose the direction; 0 where no light was sampled instead, so that what is met
     /// counts in full.
     float pdf = 0;
-    Vec3d from{};  ///< That surface's point and normal, as the lights were sampled from there.
-    Vec3 from_normal{};
-    std::uint32_t sum = 0;    ///< Into `out`.
-    std::uint32_t depth = 1;  ///< The number of its last segment.
-    bool is_direct = true;    ///< It has met nothing that isn't passed straight.
+    LightTable::Viewpoint from{};  ///< Where lights were sampled at that surface.
+    std::uint32_t sum = 0;         ///< Into `out`.
+    std::uint32_t depth = 1;       ///< The number of its last segment.
+    bool is_direct = true;         ///< It has met nothing that isn't passed straight.
   };
   struct Vertex;
 
@@ -63,7 +62,7 @@ class PathTracer final : public Integrator {
   static Next behind(Path& path, float alpha);
   void add_escaped(const Path& path, Vec3 direction);
   void add_emitted(const Path& path, const Vertex& at, float share);
-  void sample_light(const Path& path, const Vertex& at);
+  void sample_light(Path& path, const Vertex& at);
   /// Gives the path its next ray; false where it ends.
   bool scatter(Path& path, Ray& ray, const Vertex& at);
   static bool survives(Path& path, float number);

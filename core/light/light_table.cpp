@@ -16,6 +16,10 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
+/// Of the lights that are near, and of those infinitely far away, as long as either sends anything. What stands before
+/// them isn't known, and not all that is known is exact.
+constexpr double kLeastShare = 0.1;
+
 LightBounds bounds_of(const PointLight& light) {
   return {.box = {light.position, light.position}, .intensity = mean(light.intensity)};
 }
@@ -56,10 +60,7 @@ LightTable::LightTable(std::shared_ptr<const Scene> scene)
       far_(*scene_),
       first_(scene_->objects.size(), kNone),
       errors_(scene_->objects.size()),
-      near_(gather_near()),
-      far_share_(far_.size() == 0    ? 0
-                 : near_.size() == 0 ? 1
-                                     : 0.5) {
+      near_(gather_near()) {
   gather_emitters();
 }
 
@@ -137,21 +138,31 @@ LightTree LightTable::gather_near() {
   return LightTree(bounds);
 }
 
-std::optional<LightSample> LightTable::sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const {
+LightTable::Viewpoint LightTable::viewpoint(Vec3d point, Vec3 normal) const {
+  Viewpoint from{point, normal, far_.sum(normal), 0};
+  if (!(from.far.irradiance > 0)) return from;
+  const double near = near_.size() == 0 ? 0 : near_.irradiance(point, normal);
+  from.far_share =
+      near > 0 ? std::clamp(from.far.irradiance / (from.far.irradiance + near), kLeastShare, 1 - kLeastShare) : 1;
+  return from;
+}
+
+std::optional<LightSample> LightTable::sample(const Viewpoint& from, float pick, Vec2 u) const {
   if (empty()) return std::nullopt;
   const double x = std::clamp(joined({u.x, pick}), 0.0, 1 - 0x1p-53);
-  const bool far = x < far_share_;
-  const double share = far ? far_share_ : 1 - far_share_;
-  const double rest = (far ? x : x - far_share_) / share;
-  auto found = far ? sample_far(normal, rest, u) : sample_near(from, normal, rest, u);
+  const bool far = x < from.far_share;
+  if (!far && near_.size() == 0) return std::nullopt;
+  const double share = far ? from.far_share : 1 - from.far_share;
+  const double rest = (far ? x : x - from.far_share) / share;
+  auto found = far ? sample_far(from, rest, u) : sample_near(from, rest, u);
   if (!found) return std::nullopt;
   found->pdf = static_cast<float>(found->pdf * share);
   if (!(found->pdf > 0) || !std::isfinite(found->pdf)) return std::nullopt;
   return found;
 }
 
-std::optional<LightSample> LightTable::sample_far(Vec3 normal, double pick, Vec2 u) const {
-  const auto found = far_.sample(normal, pick, u);
+std::optional<LightSample> LightTable::sample_far(const Viewpoint& from, double pick, Vec2 u) const {
+  const auto found = far_.sample(from.normal, from.far, pick, u);
   if (!found) return std::nullopt;
   return LightSample{found->direction, kInfinity, found->radiance, static_cast<float>(found->pdf),
                      found->is_delta,  {},        kNoPrimitive};
@@ -166,18 +177,19 @@ std::optional<LightSample> LightTable::sample_point(std::uint32_t light, Vec3d f
                    [&](Vec3d way) { return falloff(dot(way, to_double(spot.direction)), inner, outer); });
 }
 
-std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const {
-  const auto [light, probability, rest] = near_.pick(from, normal, pick);
+std::optional<LightSample> LightTable::sample_near(const Viewpoint& from, double pick, Vec2 u) const {
+  const auto [light, probability, rest] = near_.pick(from.point, from.normal, pick);
   u.x = below_one(rest);
   const PrimitiveId source = sources_[light];
   if (source.object == kNone) {
-    auto found = sample_point(source.primitive, from);
+    auto found = sample_point(source.primitive, from.point);
     if (found) found->pdf = static_cast<float>(probability);
     return found;
   }
   const Material& material = scene_->materials[scene_->objects[source.object].material];
   const WorldTriangle* triangle = triangle_of(light);
-  const auto found = triangle ? sample_surface(*triangle, from, u) : sample_surface(*scene_, source, from, u);
+  const auto found =
+      triangle ? sample_surface(*triangle, from.point, u) : sample_surface(*scene_, source, from.point, u);
   if (!found || !(found->front || material.emits_both_sides)) return std::nullopt;
   const double distance = length(found->way);
   return LightSample{to_float(found->way / distance),
@@ -185,7 +197,7 @@ std::optional<LightSample> LightTable::sample_near(Vec3d from, Vec3 normal, doub
                      material.emission * material.alpha,
                      static_cast<float>(probability * found->pdf),
                      false,
-                     from + found->way,
+                     from.point + found->way,
                      source};
 }
 
@@ -222,21 +234,22 @@ Rgb LightTable::emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_n
   return front || material.emits_both_sides ? material.emission : Rgb{};
 }
 
-float LightTable::pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId primitive, double distance,
+float LightTable::pdf_hit(const Viewpoint& from, Vec3 direction, PrimitiveId primitive, double distance,
                           Vec3d geometric_normal) const {
   const std::uint32_t first = first_[primitive.object];
   if (first == kNone) return 0;
-  const double probability = near_.probability(first + primitive.primitive, from, normal);
+  const double probability =
+      (1 - from.far_share) * near_.probability(first + primitive.primitive, from.point, from.normal);
   if (probability == 0) return 0;
   const WorldTriangle* triangle = triangle_of(first + primitive.primitive);
   const double pdf = triangle ? surface_pdf(*triangle, direction, distance)
-                              : surface_pdf(*scene_, primitive, from, direction, distance, geometric_normal);
-  return static_cast<float>(std::min(pdf * probability * (1 - far_share_), double{std::numeric_limits<float>::max()}));
+                              : surface_pdf(*scene_, primitive, from.point, direction, distance, geometric_normal);
+  return static_cast<float>(std::min(pdf * probability, double{std::numeric_limits<float>::max()}));
 }
 
-LightTable::Escaped LightTable::escaped(Vec3 direction, Vec3 normal) const {
-  const InfiniteLights::Value value = far_.look_up(normal, direction);
-  return {value.radiance, static_cast<float>(far_share_ * value.pdf)};
+LightTable::Escaped LightTable::escaped(const Viewpoint& from, Vec3 direction) const {
+  const InfiniteLights::Value value = far_.look_up(from.normal, from.far, direction);
+  return {value.radiance, static_cast<float>(from.far_share * value.pdf)};
 }
 
 }  // namespace tessera

@@ -31,12 +31,10 @@ struct LightSample {
 /// All lights of a scene that the path tracer knows: point lights that fall off, spots, directional lights, suns, the
 /// environment (or the background), and objects that emit. What is sampled are the lights themselves, and of objects
 /// triangles, quads, spheres and disks, each primitive a light of its own; those without area, and what is black, never
-/// are. Where lights are both near and infinitely far away, each kind is picked half of the time; one of those far away
-/// as `InfiniteLights` says, one of the others by a `LightTree`.
+/// are. Where lights are both near and infinitely far away, each kind is picked about in proportion to the irradiance
+/// from it; one of those far away as `InfiniteLights` says, one of the others by a `LightTree`.
 ///
-/// Densities are those of the one sample that `sample` gives. `normal`, the shading normal, is unit where only light
-/// from its side counts (a surface that lets nothing pass), and zero otherwise; `from` is the same point for `sample`
-/// and `pdf_hit`. Immutable, safe from any thread.
+/// Densities are those of the one sample that `sample` gives from the same viewpoint. Immutable, safe from any thread.
 class LightTable {
  public:
   explicit LightTable(std::shared_ptr<const Scene> scene);
@@ -49,10 +47,21 @@ class LightTable {
   /// That it takes, beside the scene.
   std::size_t bytes() const;
 
+  /// Where light is looked for.
+  struct Viewpoint {
+    Vec3d point{};
+    Vec3 normal{};
+    InfiniteLights::Sum far{};  ///< What may come from infinitely far away,
+    double far_share = 0;       ///< and how often that is picked.
+  };
+  /// `normal`, the shading normal, is unit where only light from its side counts (a surface that lets nothing pass),
+  /// and zero otherwise.
+  Viewpoint viewpoint(Vec3d point, Vec3 normal) const;
+
   /// `u` in [0, 1)², and `pick` in [0, 1), what follows u.x beyond the precision of floats. u.x picks the light, and
   /// what is left of it within what is that light's takes its place: so pairs that are well spread are so over all
   /// lights together. Nothing when what these fall on sends nothing to that point.
-  std::optional<LightSample> sample(Vec3d from, Vec3 normal, float pick, Vec2 u) const;
+  std::optional<LightSample> sample(const Viewpoint& from, float pick, Vec2 u) const;
 
   /// From a point beside the surface that `from` lay on: occluded exactly when something stands between it and the
   /// light; the light itself doesn't. Its direction isn't of length 1.
@@ -62,9 +71,9 @@ class LightTable {
   /// normal is `geometric_normal`.
   Rgb emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const;
 
-  /// The density with which `sample` gives `direction` (unit), in which a ray from `from` meets the primitive at
+  /// The density with which `sample` gives `direction` (unit), in which a ray from there meets the primitive at
   /// `distance`; 0 for one that isn't sampled. Finite.
-  float pdf_hit(Vec3d from, Vec3 normal, Vec3 direction, PrimitiveId primitive, double distance,
+  float pdf_hit(const Viewpoint& from, Vec3 direction, PrimitiveId primitive, double distance,
                 Vec3d geometric_normal) const;
 
   /// Whether a ray can meet an object that emits; false only where it can't.
@@ -74,17 +83,17 @@ class LightTable {
     Rgb radiance;
     float pdf;  ///< With which `sample` gives that direction, infinitely far away. Finite.
   };
-  /// What a ray that meets nothing sees, `direction` being unit.
-  Escaped escaped(Vec3 direction, Vec3 normal = {}) const;
+  /// What a ray from there that meets nothing sees, `direction` being unit.
+  Escaped escaped(const Viewpoint& from, Vec3 direction) const;
 
  private:
   void gather_emitters();
   /// Fills the sources.
   LightTree gather_near();
-  std::optional<LightSample> sample_far(Vec3 normal, double pick, Vec2 u) const;
+  std::optional<LightSample> sample_far(const Viewpoint& from, double pick, Vec2 u) const;
   /// Of a light of the scene that is near.
   std::optional<LightSample> sample_point(std::uint32_t light, Vec3d from) const;
-  std::optional<LightSample> sample_near(Vec3d from, Vec3 normal, double pick, Vec2 u) const;
+  std::optional<LightSample> sample_near(const Viewpoint& from, double pick, Vec2 u) const;
 
   std::shared_ptr<const Scene> scene_;
   InfiniteLights far_;
@@ -102,7 +111,6 @@ class LightTable {
   std::vector<SpotCosines> spots_;        ///< For each light of the scene; empty where none is a spot.
   std::vector<Transform::Error> errors_;  ///< For each object that emits, of its placement.
   LightTree near_;
-  double far_share_;
 };
 
 }  // namespace tessera

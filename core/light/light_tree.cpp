@@ -85,9 +85,9 @@ double LightTree::importance(const Branch& branch, Vec3d point, Vec3d normal) {
   const Angle around{std::sqrt(square - radius), std::sqrt(radius)};
   // The cosine of what `around` leaves of an angle; both by sides of triangles that the distance is the hypotenuse of.
   const auto cosine_of_rest = [&](Angle angle) {
-    if (angle.sin <= 0) return 1.0;
+    if (angle.sin < 0) return 1.0;
     const Angle rest = angle - around;
-    return rest.sin <= 0 ? 1.0 : rest.cos * inverse;
+    return rest.sin < 0 ? 1.0 : rest.cos * inverse;
   };
   if (branch.cos_spread > -kCosineUnit) {
     double along = -dot(way, unpacked(branch.axis));
@@ -123,7 +123,7 @@ LightTree::Shares LightTree::shares(const Node& node, Vec3d point, Vec3d normal)
 }
 
 LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
-  if (nodes_.empty()) return {only_, 1, pick};
+  if (size_ == 1) return {only_, 1, pick};
   const Vec3d side = to_double(normal);
   double probability = 1;
   std::uint32_t link = 0;
@@ -136,6 +136,13 @@ LightTree::Picked LightTree::pick(Vec3d point, Vec3 normal, double pick) const {
     link = node.branches[second].link;
   } while (!(link & kIsLight));
   return {link & kIndex, probability, pick};
+}
+
+double LightTree::irradiance(Vec3d point, Vec3 normal) const {
+  const Vec3d side = to_double(normal);
+  double sum = importance(nodes_[0].branches[0], point, side);
+  if (size_ > 1) sum += importance(nodes_[0].branches[1], point, side);
+  return sum * unit_;
 }
 
 double LightTree::probability(std::uint32_t light, Vec3d point, Vec3 normal) const {
@@ -163,12 +170,15 @@ class LightTree::Builder {
       total += lights[i].intensity;
     }
     scale_ = kTotalIntensity / total;
+    tree_.unit_ = total / kTotalIntensity;
     tree_.size_ = static_cast<std::uint32_t>(items_.size());
     tree_.ways_.assign(lights.size(), 0);
     if (items_.empty()) return;
     second_.reserve(items_.size());
     tree_.nodes_.reserve(items_.size() - 1);
     if (items_.size() == 1) {
+      tree_.nodes_.emplace_back();
+      tree_.nodes_[0].branches[0] = branch_of(items_);
       tree_.only_ = items_[0].light;
       tree_.ways_[tree_.only_] = 1;
     } else {

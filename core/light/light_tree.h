@@ -33,6 +33,10 @@ class LightTree {
   /// otherwise. Precondition: there is a light to pick.
   Picked pick(Vec3d point, Vec3 normal, double pick) const;
 
+  /// About what they all send to the point: the irradiance (W/m²) on a surface with that normal, or on one that faces
+  /// each of them where it is zero. 0 only where nothing is sent. Precondition: there is a light to pick.
+  double irradiance(Vec3d point, Vec3 normal) const;
+
   /// That `pick` gives that light. The probabilities of all lights add up to 1.
   double probability(std::uint32_t light, Vec3d point, Vec3 normal) const;
 
@@ -63,7 +67,8 @@ class LightTree {
   /// For each light the way to it, a bit a level from the lowest on, closed by a 1; 0 when it is never picked.
   std::vector<std::uint64_t> ways_;
   std::uint32_t size_ = 0;
-  std::uint32_t only_ = 0;  ///< The light where one is all there is, without a node.
+  std::uint32_t only_ = 0;  ///< The light where one is all there is: the first branch of the root.
+  double unit_ = 0;         ///< Of branches' intensities, W/sr.
 };
 
 }  // namespace tessera

@@ -59,7 +59,7 @@ class ShadedPoint {
   }
   // Lights are asked for without a normal: no way is closed to them then.
   double by_light(Way way, float pick, Vec2 u) const {
-    const auto light = lights_.sample(shading_.surface.position, {}, pick, u);
+    const auto light = lights_.sample(lights_.viewpoint(shading_.surface.position, {}), pick, u);
     if (!light) return 0;
     const BsdfValue value = evaluate(bsdf_, frame_.to_local(shading_.to_viewer), frame_.to_local(light->to_light));
     if (value.f_cos.is_black()) return 0;
@@ -79,10 +79,10 @@ class ShadedPoint {
     if (hit) {
       const SurfacePoint there = world_surface(*scene_, hit->object, hit->primitive, ray, hit->t);
       radiance = lights_.emitted({hit->object, hit->primitive}, direction, there.geometric_normal);
-      pdf = lights_.pdf_hit(shading_.surface.position, {}, direction, {hit->object, hit->primitive},
+      pdf = lights_.pdf_hit(lights_.viewpoint(shading_.surface.position, {}), direction, {hit->object, hit->primitive},
                             length(there.position - shading_.surface.position), there.geometric_normal);
     } else {
-      const auto far = lights_.escaped(direction);
+      const auto far = lights_.escaped(lights_.viewpoint(shading_.surface.position, {}), direction);
       radiance = far.radiance;
       pdf = far.pdf;
     }

@@ -77,8 +77,9 @@ class DirectLight {
     const Point& point = points_[i];
     const float light = one();
     const Vec2 u{one(), one()};
-    const auto sample = pick == Pick::by_table ? table_.sample(to_double(point.origin), point.normal, light, u)
-                                               : sample_uniformly(point, light, u);
+    const auto sample = pick == Pick::by_table
+                            ? table_.sample(table_.viewpoint(to_double(point.origin), point.normal), light, u)
+                            : sample_uniformly(point, light, u);
     shadow_rays_[i] = Ray{point.origin, {0, 0, 0}, 0, 0};  // not traceable: costs nothing
     sent_[i] = {};
     if (!sample) return;

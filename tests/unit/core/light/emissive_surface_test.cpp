@@ -165,12 +165,12 @@ TEST(EmissiveSurface, Stress72_TrianglesWithoutAreaAreNeverSampled) {
   EXPECT_EQ(table.count(), 1U);
   Random random(5);
   for (int i = 0; i < 1000; ++i) {
-    const auto sample = table.sample({0, 0, 0}, {}, random_pick(random), random_square(random));
+    const auto sample = table.sample(table.viewpoint({0, 0, 0}, {}), random_pick(random), random_square(random));
     ASSERT_TRUE(sample);
     EXPECT_EQ(sample->primitive.primitive, 1U);
   }
   for (const std::uint32_t primitive : {0U, 2U, 3U})
-    EXPECT_EQ(table.pdf_hit({0, 0, 0}, {}, kUp, {0, primitive}, 1, {0, 0, -1}), 0);
+    EXPECT_EQ(table.pdf_hit(table.viewpoint({0, 0, 0}, {}), kUp, {0, primitive}, 1, {0, 0, -1}), 0);
 
   mesh.triangles = {{3, 4, 5}};
   EXPECT_TRUE(LightTable(lamp(mesh)).empty());
@@ -197,7 +197,8 @@ TEST(EmissiveSurface, NoLampIsInItsOwnShadow) {
         Vec3 from = point();
         if (is_placed) from = to_float(transform.point_to_world(to_double(from)));
         for (int i = 0; i < 50; ++i) {
-          const auto sample = table.sample(to_double(from), {}, random_pick(random), random_square(random));
+          const auto sample =
+              table.sample(table.viewpoint(to_double(from), {}), random_pick(random), random_square(random));
           if (!sample) continue;
           ++rays;
           Ray ray = table.shadow_ray(*sample, from);
@@ -219,7 +220,7 @@ TEST(EmissiveSurface, WhatStandsBetweenIsSeen) {
   b.add(Quad{{{{-9, -9, 1}, {-9, 9, 1}, {9, 9, 1}, {9, -9, 1}}}}, b.material(Material{}));
   const auto scene = b.build();
   const LightTable table(scene);
-  const auto sample = table.sample({0, 0, 0}, kUp, 0.5F, {0.3F, 0.6F});
+  const auto sample = table.sample(table.viewpoint({0, 0, 0}, kUp), 0.5F, {0.3F, 0.6F});
   ASSERT_TRUE(sample);
   const Ray ray = table.shadow_ray(*sample, {0, 0, 0});
   const auto met = meet(*scene, ray.origin, ray.direction);
@@ -234,7 +235,7 @@ TEST(EmissiveSurface, WhatIsCutOutByAlphaSendsLess) {
   half.alpha = 0.5F;
   b.add(Sphere{{0, 0, 3}, 1}, b.material(half));
   const auto scene = b.build();
-  const auto sample = LightTable(scene).sample({0, 0, 0}, kUp, 0.5F, {0.5F, 0.25F});
+  const auto sample = LightTable(scene).sample(LightTable(scene).viewpoint({0, 0, 0}, kUp), 0.5F, {0.5F, 0.25F});
   ASSERT_TRUE(sample);
   EXPECT_EQ(sample->radiance, (Rgb{1, 1, 1}));
 }

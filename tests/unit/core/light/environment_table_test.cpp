@@ -136,8 +136,8 @@ TEST(EnvironmentTable, Stress67_AConstantMapIsAConstant) {
   for (const Vec3 normal : {Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{1, 0, 0}, Vec3{0.6F, 0, -0.8F}})
     expect_mean(irradiance(LightTable(scene), {0, 0, 0}, normal, 100'000), 2 * kPi);
   const LightTable table(scene);
-  EXPECT_EQ(table.escaped({0, 0, 1}).radiance, (Rgb{2, 2, 2}));
-  EXPECT_NEAR(table.escaped({0, 0, 1}).pdf, 1 / (4 * kPi), 1e-5);
+  EXPECT_EQ(table.escaped(table.viewpoint({}, {}), {0, 0, 1}).radiance, (Rgb{2, 2, 2}));
+  EXPECT_NEAR(table.escaped(table.viewpoint({}, {}), {0, 0, 1}).pdf, 1 / (4 * kPi), 1e-5);
 
   // Without a map every sample of a plane's light is worth the same.
   const auto plain = SceneBuilder().background({2, 2, 2}).build();
@@ -174,7 +174,8 @@ TEST(EnvironmentTable, Stress67_TurningMapAndNormalChangesNothing) {
   EXPECT_NEAR(a.mean() / b.mean(), 1, 1e-4);
   for (int i = 0; i < 100; ++i) {
     const Vec3 way = to_float(random.direction());
-    EXPECT_NEAR(LightTable(straight).escaped(way).radiance.g, LightTable(askew).escaped(rotate(way)).radiance.g, 1e-3);
+    EXPECT_NEAR(LightTable(straight).escaped(LightTable(straight).viewpoint({}, {}), way).radiance.g,
+                LightTable(askew).escaped(LightTable(askew).viewpoint({}, {}), rotate(way)).radiance.g, 1e-3);
   }
 }
 
@@ -182,9 +183,9 @@ TEST(EnvironmentTable, ABlackMapIsNoLight) {
   const auto scene = lit_by(black(8, 4));
   const LightTable table(scene);
   EXPECT_TRUE(table.empty());
-  EXPECT_FALSE(table.sample({0, 0, 0}, {}, 0.5F, {0.5F, 0.5F}));
-  EXPECT_TRUE(table.escaped({0, 1, 0}).radiance.is_black());
-  EXPECT_EQ(table.escaped({0, 1, 0}).pdf, 0);
+  EXPECT_FALSE(table.sample(table.viewpoint({0, 0, 0}, {}), 0.5F, {0.5F, 0.5F}));
+  EXPECT_TRUE(table.escaped(table.viewpoint({}, {}), {0, 1, 0}).radiance.is_black());
+  EXPECT_EQ(table.escaped(table.viewpoint({}, {}), {0, 1, 0}).pdf, 0);
 }
 
 TEST(EnvironmentTable, EvenTheBrightestAndDarkestTexelsAreFinite) {
@@ -195,10 +196,10 @@ TEST(EnvironmentTable, EvenTheBrightestAndDarkestTexelsAreFinite) {
   const LightTable table(scene);
   Random random(1);
   for (int i = 0; i < 10'000; ++i) {
-    const auto sample = table.sample({0, 0, 0}, {}, random_pick(random), random_square(random));
+    const auto sample = table.sample(table.viewpoint({0, 0, 0}, {}), random_pick(random), random_square(random));
     ASSERT_TRUE(sample);
     EXPECT_TRUE(std::isfinite(sample->pdf) && sample->pdf > 0 && is_finite(sample->radiance));
-    EXPECT_TRUE(std::isfinite(table.escaped(to_float(random.direction())).pdf));
+    EXPECT_TRUE(std::isfinite(table.escaped(table.viewpoint({}, {}), to_float(random.direction())).pdf));
   }
 }
 

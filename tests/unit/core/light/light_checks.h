@@ -71,15 +71,16 @@ inline std::optional<Met> meet(const Scene& scene, Vec3 origin, Vec3 direction) 
 /// The density that a table claims for a direction: of what a ray meets there, or of what lies behind all.
 inline double claimed_pdf(const LightTable& table, const Scene& scene, Vec3 from, Vec3 normal, Vec3 direction) {
   const auto met = meet(scene, from, direction);
-  if (!met) return table.escaped(direction, normal).pdf;
+  if (!met) return table.escaped(table.viewpoint(to_double(from), normal), direction).pdf;
   if (table.emitted(met->primitive, direction, met->normal).is_black()) return 0;
-  return table.pdf_hit(to_double(from), normal, direction, met->primitive, met->distance, met->normal);
+  return table.pdf_hit(table.viewpoint(to_double(from), normal), direction, met->primitive, met->distance, met->normal);
 }
 
 /// The radiance that a direction really brings.
 inline Rgb seen(const LightTable& table, const Scene& scene, Vec3 from, Vec3 direction) {
   const auto met = meet(scene, from, direction);
-  return met ? table.emitted(met->primitive, direction, met->normal) : table.escaped(direction).radiance;
+  return met ? table.emitted(met->primitive, direction, met->normal)
+             : table.escaped(table.viewpoint(to_double(from), {}), direction).radiance;
 }
 
 /// The directions of a cone, cut into cells of equal solid angle.
@@ -151,7 +152,7 @@ inline void expect_sampled_as_claimed(const std::shared_ptr<const Scene>& of, Ve
   int outside = 0, rounded_off = 0, different = 0;
   for (int i = 0; i < kSamples; ++i) {
     const float pick = random_pick(random);
-    const auto sample = table.sample(to_double(from), normal, pick, random_square(random));
+    const auto sample = table.sample(table.viewpoint(to_double(from), normal), pick, random_square(random));
     if (!sample) {
       ++failed;
       continue;
@@ -199,7 +200,8 @@ inline Moments irradiance(const LightTable& table, Vec3 from, Vec3 normal, int s
   Moments moments;
   Random random(seed);
   for (int i = 0; i < samples; ++i) {
-    const auto sample = table.sample(to_double(from), normal, random_pick(random), random_square(random));
+    const auto sample =
+        table.sample(table.viewpoint(to_double(from), normal), random_pick(random), random_square(random));
     const double cosine = sample ? dot(to_double(sample->to_light), to_double(normal)) : 0;
     moments.add(cosine > 0 ? sample->radiance.g * cosine / sample->pdf : 0);
   }

@@ -14,10 +14,10 @@ TEST(LightTable, AnEmptySceneHasNoLight) {
   const LightTable table(scene);
   EXPECT_TRUE(table.empty());
   EXPECT_EQ(table.count(), 0U);
-  EXPECT_FALSE(table.sample({0, 0, 0}, {}, 0.5F, {0.5F, 0.5F}));
-  EXPECT_TRUE(table.escaped(kUp).radiance.is_black());
-  EXPECT_EQ(table.escaped(kUp).pdf, 0);
-  EXPECT_EQ(table.pdf_hit({0, 0, 3}, {}, -kUp, {0, 0}, 2, {0, 0, 1}), 0);
+  EXPECT_FALSE(table.sample(table.viewpoint({0, 0, 0}, {}), 0.5F, {0.5F, 0.5F}));
+  EXPECT_TRUE(table.escaped(table.viewpoint({}, {}), kUp).radiance.is_black());
+  EXPECT_EQ(table.escaped(table.viewpoint({}, {}), kUp).pdf, 0);
+  EXPECT_EQ(table.pdf_hit(table.viewpoint({0, 0, 3}, {}), -kUp, {0, 0}, 2, {0, 0, 1}), 0);
   EXPECT_TRUE(table.emitted({0, 0}, -kUp, {0, 0, 1}).is_black());
 }
 
@@ -26,7 +26,7 @@ TEST(LightTable, KeepsItsScene) {
   const std::weak_ptr<const Scene> watched = scene;
   const LightTable table(std::move(scene));
   EXPECT_FALSE(watched.expired());
-  EXPECT_TRUE(table.sample({0, 0, 0}, kUp, 0.5F, {0.5F, 0.5F}));
+  EXPECT_TRUE(table.sample(table.viewpoint({0, 0, 0}, kUp), 0.5F, {0.5F, 0.5F}));
 }
 
 TEST(LightTable, TheEnvironmentThatCountsIsTheScenes) {
@@ -38,7 +38,8 @@ TEST(LightTable, TheEnvironmentThatCountsIsTheScenes) {
   };
   b.background({9, 9, 9}).light(sky({1, 2, 3})).light(sky({4, 5, 6}));
   const auto scene = b.build();
-  EXPECT_EQ(LightTable(scene).escaped(kUp).radiance, environment_of(*scene).radiance);
+  EXPECT_EQ(LightTable(scene).escaped(LightTable(scene).viewpoint({}, {}), kUp).radiance,
+            environment_of(*scene).radiance);
 }
 
 TEST(LightTable, PointLightsFallOff) {
@@ -48,7 +49,7 @@ TEST(LightTable, PointLightsFallOff) {
                          .build();
   const LightTable table(scene);
   EXPECT_EQ(table.count(), 1U);
-  const auto sample = table.sample({0, 0, 0}, kUp, 0.25F, {0, 0});
+  const auto sample = table.sample(table.viewpoint({0, 0, 0}, kUp), 0.25F, {0, 0});
   ASSERT_TRUE(sample);
   EXPECT_TRUE(sample->is_delta);
   EXPECT_EQ(sample->to_light, kUp);
@@ -57,7 +58,7 @@ TEST(LightTable, PointLightsFallOff) {
   EXPECT_EQ(sample->pdf, 1);
   const Ray ray = table.shadow_ray(*sample, {0, 0, 0});
   EXPECT_LT(ray.t_max, 1);
-  EXPECT_FALSE(table.sample({0, 0, 2}, {}, 0.25F, {0, 0})) << "where the light is";
+  EXPECT_FALSE(table.sample(table.viewpoint({0, 0, 2}, {}), 0.25F, {0, 0})) << "where the light is";
 }
 
 TEST(LightTable, Stress73_ASpotsPowerIsTheClosedForm) {
@@ -78,7 +79,7 @@ TEST(LightTable, Stress73_ASpotsPowerIsTheClosedForm) {
     Moments power;
     for (int i = 0; i < 200'000; ++i) {
       const Vec3d way = to_double(basis.to_world(uniform_cone(random_square(random), one_minus_cos)));
-      const auto sample = table.sample(to_double(spot.position) + way * 2, {}, 0.5F, {});
+      const auto sample = table.sample(table.viewpoint(to_double(spot.position) + way * 2, {}), 0.5F, {});
       power.add(sample ? sample->radiance.g * 4 * 2 * kPi * one_minus_cos : 0);
     }
     const double right = 3 * kPi * (2 - std::cos(double{inner}) - std::cos(double{outer}));
@@ -95,7 +96,7 @@ TEST(LightTable, Stress73_ASpotsEdgesAreWhereTheyAreSaidToBe) {
   const auto scene = SceneBuilder().light(spot).build();
   const LightTable table(scene);
   const auto at = [&](double angle) {
-    const auto sample = table.sample({std::cos(angle), std::sin(angle), 0}, {}, 0.5F, {});
+    const auto sample = table.sample(table.viewpoint({std::cos(angle), std::sin(angle), 0}, {}), 0.5F, {});
     return sample ? sample->radiance.g : 0;
   };
   EXPECT_FLOAT_EQ(at(0), 2);
@@ -110,7 +111,7 @@ TEST(LightTable, Stress73_ASpotsEdgesAreWhereTheyAreSaidToBe) {
 TEST(LightTable, DirectionalLightsAreInfinitelyFarAway) {
   const auto scene = SceneBuilder().light(DirectionalLight{*UnitVec3::normalize(Vec3{0, 3, -4}), {1, 2, 3}}).build();
   const LightTable table(scene);
-  const auto sample = table.sample({5, 6, 7}, kUp, 0.9F, {0, 0});
+  const auto sample = table.sample(table.viewpoint({5, 6, 7}, kUp), 0.9F, {0, 0});
   ASSERT_TRUE(sample);
   EXPECT_TRUE(sample->is_delta);
   EXPECT_EQ(sample->pdf, 1);
@@ -118,7 +119,7 @@ TEST(LightTable, DirectionalLightsAreInfinitelyFarAway) {
   EXPECT_EQ(sample->radiance, (Rgb{1, 2, 3}));
   EXPECT_NEAR(sample->to_light.z, 0.8, 1e-6);
   EXPECT_EQ(table.shadow_ray(*sample, {5, 6, 7}).t_max, kInfinity);
-  EXPECT_EQ(table.escaped(sample->to_light).pdf, 0) << "no ray meets it by chance";
+  EXPECT_EQ(table.escaped(table.viewpoint({}, {}), sample->to_light).pdf, 0) << "no ray meets it by chance";
 }
 
 TEST(LightTable, Stress74_ASunIsADiskOfItsAngleAndIrradiance) {
@@ -142,7 +143,7 @@ TEST(LightTable, Stress74_ASunIsADiskOfItsAngleAndIrradiance) {
     const Basis basis = basis_around(center);
     const auto seen_at = [&](double off) {
       const Vec3d way = to_double(basis.z) * std::cos(off) + to_double(basis.x) * std::sin(off);
-      return table.escaped(*UnitVec3::normalize(way)).radiance;
+      return table.escaped(table.viewpoint({}, {}), *UnitVec3::normalize(way)).radiance;
     };
     EXPECT_FALSE(seen_at(0.498 * angle).is_black());
     EXPECT_TRUE(seen_at(0.502 * angle).is_black());
@@ -159,17 +160,81 @@ TEST(LightTable, SunAndSkyAreSampledAsOne) {
   const auto scene = b.build();
   const LightTable table(scene);
   EXPECT_EQ(table.count(), 2U);
-  EXPECT_EQ(table.escaped({1, 0, 0}).radiance, (Rgb{1, 1, 1}));
-  const double sun_and_sky = table.escaped(kUp).pdf, sky = table.escaped({1, 0, 0}).pdf;
+  EXPECT_EQ(table.escaped(table.viewpoint({}, {}), {1, 0, 0}).radiance, (Rgb{1, 1, 1}));
+  const double sun_and_sky = table.escaped(table.viewpoint({}, {}), kUp).pdf,
+               sky = table.escaped(table.viewpoint({}, {}), {1, 0, 0}).pdf;
   EXPECT_NEAR((sun_and_sky - sky) * 2 * kPi * (1 - std::cos(0.25)) + sky * 4 * kPi, 1, 1e-5);
   Random random(6);
   for (int i = 0; i < 10'000; ++i) {
-    const auto sample = table.sample({0, 0, 0}, {}, random_pick(random), random_square(random));
+    const auto sample = table.sample(table.viewpoint({0, 0, 0}, {}), random_pick(random), random_square(random));
     ASSERT_TRUE(sample);
-    EXPECT_EQ(sample->pdf, table.escaped(sample->to_light).pdf);
-    EXPECT_EQ(sample->radiance, table.escaped(sample->to_light).radiance);
+    EXPECT_EQ(sample->pdf, table.escaped(table.viewpoint({}, {}), sample->to_light).pdf);
+    EXPECT_EQ(sample->radiance, table.escaped(table.viewpoint({}, {}), sample->to_light).radiance);
   }
   expect_mean(irradiance(table, {0, 0, 0}, kUp, 200'000), 3 + kPi);
+}
+
+TEST(LightTable, LightsBelowTheHorizonArentPicked) {
+  const auto from_below = [](float angle) {
+    SunLight sun;
+    sun.direction = *UnitVec3::normalize(Vec3{1, 0, 0.2F});
+    sun.irradiance = {5, 5, 5};
+    sun.angle = angle;
+    return sun;
+  };
+  const DirectionalLight above{-UnitVec3::z(), {1, 2, 3}}, below{*UnitVec3::normalize(Vec3{0, 3, 4}), {9, 9, 9}};
+  const LightTable table(SceneBuilder().light(below).light(from_below(0.1F)).light(above).build());
+  const auto alone = table.viewpoint({5, 6, 7}, kUp);
+  for (const float pick : {0.0F, 0.25F, 0.999F}) {
+    const auto sample = table.sample(alone, pick, {pick, 0.5F});
+    ASSERT_TRUE(sample);
+    EXPECT_EQ(sample->radiance, above.irradiance);
+    EXPECT_EQ(sample->pdf, 1);
+  }
+  const Vec3 to_sun = -from_below(0.1F).direction;
+  EXPECT_EQ(table.escaped(alone, to_sun).pdf, 0);
+  EXPECT_FALSE(table.escaped(alone, to_sun).radiance.is_black());
+  for (const Vec3 normal : {Vec3{}, -kUp}) EXPECT_GT(table.escaped(table.viewpoint({5, 6, 7}, normal), to_sun).pdf, 0);
+  EXPECT_FALSE(table.sample(table.viewpoint({5, 6, 7}, *UnitVec3::normalize(Vec3{1, 0.9F, -0.1F})), 0.5F, {0.5F, 0.5F}))
+      << "where none is above";
+
+  // The centre of a wide sun may be below, and its edge above.
+  const LightTable wide(SceneBuilder().light(from_below(1.5F)).light(above).build());
+  EXPECT_GT(wide.escaped(wide.viewpoint({}, kUp), *UnitVec3::normalize(Vec3{-1, 0, 0.2F})).pdf, 0);
+}
+
+TEST(LightTable, WhatIsNearAndWhatIsFarArePickedByTheirIrradiance) {
+  const PointLight near{{0, 0, 2}, {4, 4, 4}};                                              // 1 W/m²
+  const DirectionalLight far{*UnitVec3::normalize(Vec3{0, 3, -4}), {3.75F, 3.75F, 3.75F}};  // 3 W/m²
+  const LightTable table(SceneBuilder().light(near).light(far).build());
+  const auto pdf = [&](Vec3d point, Vec3 normal, float u) {
+    const auto sample = table.sample(table.viewpoint(point, normal), 0.5F, {u, 0.5F});
+    return sample ? sample->pdf : 0;
+  };
+  EXPECT_NEAR(pdf({0, 0, 0}, kUp, 0), 0.75, 1e-6);
+  EXPECT_NEAR(pdf({0, 0, 0}, kUp, 0.749F), 0.75, 1e-6);
+  EXPECT_NEAR(pdf({0, 0, 0}, kUp, 0.751F), 0.25, 1e-6);
+  EXPECT_NEAR(pdf({0, 0, 0}, {}, 0), 3.75 / 4.75, 1e-6);
+  EXPECT_NEAR(pdf({0, 0, 1}, kUp, 0), 3.0 / 7, 1e-6) << "nearer";
+  EXPECT_EQ(pdf({0, 0, 3}, kUp, 0), 1) << "the point is below";
+  EXPECT_EQ(pdf({0, 0, 0}, {0, 1, 0}, 0.999F), 1) << "the direction is";
+  // None is forgotten, as what stands between isn't known.
+  EXPECT_GT(pdf({0, 0, -1000}, kUp, 0.999F), 0.01);
+  EXPECT_GT(pdf({0, 0, 1.999}, kUp, 0), 0.01);
+}
+
+TEST(LightTable, NearAndFarTogetherAreSampledAsClaimed) {
+  SceneBuilder b;
+  SunLight sun;
+  sun.direction = *UnitVec3::normalize(Vec3{1, 0, -0.5F});
+  sun.irradiance = {3, 3, 3};
+  sun.angle = 1.2F;
+  b.light(sun);
+  b.add(Quad{{{{1, -1, 2}, {1, 1, 2}, {3, 1, 1}, {3, -1, 1}}}}, b.material(glowing({1, 1, 1}, true)));
+  const auto scene = b.build();
+  const Vec3 tilted = *UnitVec3::normalize(Vec3{0.5F, 0.1F, 1});
+  for (const Vec3 normal : {Vec3{}, tilted})
+    expect_sampled_as_claimed(scene, {0, 0, 0}, normal, DirectionCells({0, 0, 1}, 2));
 }
 
 TEST(LightTable, AllKindsTogetherGiveTheSumOfEach) {
@@ -233,13 +298,13 @@ TEST(LightTable, ManyLampsAreSampledAsClaimed) {
   int compared = 0;
   for (int i = 0; i < 20'000; ++i) {
     const Vec3 normal = i % 2 ? kUp : Vec3{};
-    const auto sample = table.sample({0, 0, 0}, normal, random_pick(random), random_square(random));
+    const auto sample = table.sample(table.viewpoint({0, 0, 0}, normal), random_pick(random), random_square(random));
     ASSERT_TRUE(sample);
     const auto met = meet(*scene, {0, 0, 0}, sample->to_light);
     if (!met || met->primitive.object != sample->primitive.object) continue;
     ++compared;
     const double claimed =
-        table.pdf_hit({0, 0, 0}, normal, sample->to_light, met->primitive, met->distance, met->normal);
+        table.pdf_hit(table.viewpoint({0, 0, 0}, normal), sample->to_light, met->primitive, met->distance, met->normal);
     EXPECT_NEAR(claimed / sample->pdf, 1, 1e-5);
   }
   EXPECT_GT(compared, 8'000);

@@ -91,10 +91,27 @@ TEST(LightTree, NoLightIsLeftOutThatMaySendAnything) {
         if (!is_sent || !is_lit) continue;
         ++reached;
         EXPECT_GT(tree.probability(l, point, normal), 0) << seed << " " << l;
+        EXPECT_GT(tree.irradiance(point, normal), 0) << seed << " " << l;
       }
     }
   }
   EXPECT_GT(reached, 50'000);
+}
+
+TEST(LightTree, IrradianceIsAboutTheSum) {
+  const Vec3d point{1, 2, 3};
+  std::vector<LightBounds> lights;
+  EXPECT_FALSE(LightTree(lights).size() > 0);
+  double sum = 0, facing = 0;
+  for (const double side : {-1.0, 1.0}) {
+    lights.push_back(point_light({1, static_cast<float>(2 + side), 7}, 34));
+    sum += 34 / 17.0 * 4 / std::sqrt(17.0);
+    facing += 34 / 17.0;
+    const LightTree tree(lights);
+    EXPECT_NEAR(tree.irradiance(point, {0, 0, 1}), sum, 1e-6 * sum);
+    EXPECT_NEAR(tree.irradiance(point, {}), facing, 1e-6 * facing);
+    EXPECT_EQ(tree.irradiance(point, {0, 0, -1}), 0);
+  }
 }
 
 TEST(LightTree, OneLightNeedsNoHierarchyAndNoneIsPickedWithoutIntensity) {

@@ -123,10 +123,10 @@ TEST(RenderInPasses, UntilAnErrorIsOneImage_Stress52_Stress78) {
   settings.integrator = IntegratorKind::path;
   settings.width = 96;  // As many pixels as make a few samples of each enough for their errors to be believed.
   settings.height = 80;
-  settings.error = 0.04F;
+  settings.error = 0.03F;
   const Done reference = render(settings);
   EXPECT_EQ(reference.report.ended_by, EndedBy::error);
-  EXPECT_LE(reference.report.error->high, 0.04F);
+  EXPECT_LE(reference.report.error->high, 0.03F);
   const auto& counts = reference.pixels.plane<std::uint32_t>(Aov::sample_count);
   EXPECT_NE(*std::ranges::min_element(counts), *std::ranges::max_element(counts)) << "samples went where they were due";
   EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), reference.report.samples);

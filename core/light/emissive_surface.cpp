@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/geometry/triangle.h"
+#include "core/light/spherical_triangle.h"
 #include "core/math/portable_float.h"
 #include "core/sampling/warp.h"
 
@@ -144,18 +145,61 @@ std::optional<SurfaceSample> toward(const Flat& flat, Vec3d way, double area) {
 /// A triangle's area, of `cross`.
 constexpr double kHalf = 0.5;
 
+std::optional<SphericalTriangle> seen(const Flat& triangle, Vec3d from) {
+  const Vec3d a = triangle.start - from;
+  return SphericalTriangle::seen(a, a + triangle.first, a + triangle.second);
+}
+
+/// The point of a flat in a direction.
+std::optional<SurfaceSample> along(const Flat& flat, Vec3d from, Vec3d direction, double pdf) {
+  const double facing = dot(flat.cross, direction);
+  const Vec3d way = direction * (dot(flat.cross, flat.start - from) / facing);
+  return checked({way, facing < 0, pdf});
+}
+
 std::optional<SurfaceSample> sample_triangle(const Flat& flat, Vec3d from, Vec2 u, double area) {
   const Vec2 share = uniform_triangle(u);
   return toward(flat, flat.start - from + flat.first * share.x + flat.second * share.y, area);
 }
 
+std::optional<SurfaceSample> sample_triangle(const Flat& flat, Vec3d from, Vec2 u) {
+  if (const auto triangle = seen(flat, from))
+    return along(flat, from, triangle->sample(u), 1 / triangle->solid_angle());
+  return sample_triangle(flat, from, u, kHalf);
+}
+
 std::optional<SurfaceSample> sample(const Object& object, const TriangleMesh& mesh, std::uint32_t primitive, Vec3d from,
                                     Vec2 u) {
-  return sample_triangle(triangle(object, mesh, primitive), from, u, kHalf);
+  return sample_triangle(triangle(object, mesh, primitive), from, u);
+}
+
+/// Both halves of a quad, where they lie side by side.
+struct SeenQuad {
+  SphericalTriangle first, second;
+
+  double solid_angle() const { return first.solid_angle() + second.solid_angle(); }
+};
+
+std::optional<SeenQuad> seen(const Halves& halves, Vec3d from) {
+  constexpr double kFlat = 1 - 0x1p-20;
+  const double second_area = halves.area - halves.first_area;
+  if (!(dot(halves.first.cross, halves.second.cross) >= kFlat * halves.first_area * second_area)) return std::nullopt;
+  const auto first = seen(halves.first, from);
+  if (!first) return std::nullopt;
+  const auto second = seen(halves.second, from);
+  if (!second) return std::nullopt;
+  return SeenQuad{*first, *second};
 }
 
 std::optional<SurfaceSample> sample(const Object& object, const Quad& quad, std::uint32_t, Vec3d from, Vec2 u) {
   const Halves halves(object, quad);
+  if (const auto quad_seen = seen(halves, from)) {
+    const double whole = quad_seen->solid_angle(), share = quad_seen->first.solid_angle() / whole;
+    const bool first = u.x < share;
+    u.x = below_one(first ? u.x / share : (u.x - share) / (1 - share));
+    return along(first ? halves.first : halves.second, from,
+                 first ? quad_seen->first.sample(u) : quad_seen->second.sample(u), 1 / whole);
+  }
   const double share = halves.first_area / halves.area;
   if (u.x < share) return sample_triangle(halves.first, from, {static_cast<float>(u.x / share), u.y}, kHalf / share);
   return sample_triangle(halves.second, from, {static_cast<float>((u.x - share) / (1 - share)), u.y},
@@ -295,6 +339,10 @@ std::optional<float> t_near_one(const Quad& quad, const Ray& ray) {
 }  // namespace
 
 bool can_be_sampled(const Shape& shape) {
+  if (const auto* quad = std::get_if<Quad>(&shape)) {
+    const Halves halves(Object{}, *quad);
+    return dot(halves.first.cross, halves.second.cross) >= 0;
+  }
   return !std::holds_alternative<Cylinder>(shape) && !std::holds_alternative<Cone>(shape);
 }
 
@@ -313,11 +361,13 @@ WorldTriangle world_triangle(const Object& object, const TriangleMesh& mesh, std
 }
 
 std::optional<SurfaceSample> sample_surface(const WorldTriangle& triangle, Vec3d from, Vec2 u) {
-  return sample_triangle(flat_of(triangle), from, u, kHalf);
+  return sample_triangle(flat_of(triangle), from, u);
 }
 
-double surface_pdf(const WorldTriangle& triangle, Vec3 direction, double distance) {
-  const double pdf = distance * distance / (std::abs(dot(to_double(direction), flat_of(triangle).cross)) / 2);
+double surface_pdf(const WorldTriangle& corners, Vec3d from, Vec3 direction, double distance) {
+  const Flat flat = flat_of(corners);
+  if (const auto triangle = seen(flat, from)) return 1 / triangle->solid_angle();
+  const double pdf = distance * distance / (std::abs(dot(to_double(direction), flat.cross)) / 2);
   return std::isfinite(pdf) ? pdf : 0;
 }
 
@@ -344,6 +394,11 @@ double surface_pdf(const Scene& scene, PrimitiveId primitive, Vec3d from, Vec3 d
     const Vec3d from_center = from - point_to_world(object, sphere->center);
     if (front == is_inside(from_center, Columns(*object.placement), sphere->radius)) return 0;
   }
+  if (const auto* quad = std::get_if<Quad>(&shape))
+    if (const auto quad_seen = seen(Halves(object, *quad), from)) return 1 / quad_seen->solid_angle();
+  if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
+    if (const auto triangle_seen = seen(triangle(object, *mesh, primitive.primitive), from))
+      return 1 / triangle_seen->solid_angle();
   const double from_area =
       std::visit([&](const auto& s) { return area(object, s, primitive.primitive, normal); }, shape);
   const double pdf = distance * distance / (std::abs(dot(to_double(direction), normal)) * from_area);

@@ -10,12 +10,13 @@
 
 namespace tessera {
 
-// Primitives as lights: triangles, quads, spheres and disks, placed or not. Points are chosen evenly over the area, on
-// a sphere evenly over the solid angle: seen from outside, over the cone that it fills; from inside, over all
-// directions. What a placement makes an ellipsoid is chosen from by area, like the flat ones. All in double, in the
-// world.
+// Primitives as lights: triangles, quads, spheres and disks, placed or not. Points are chosen evenly over the area, but
+// evenly over the solid angle on triangles and quads that fill much of it (`SphericalTriangle`), and on a sphere: seen
+// from outside, over the cone that it fills; from inside, over all directions. What a placement makes an ellipsoid is
+// chosen from by area, like the flat ones. All in double, in the world.
 
-/// Cylinders and cones aren't: they are lights only for rays that meet them by chance.
+/// Cylinders and cones aren't, nor quads whose halves lie one upon the other, as those of a dart may: they are lights
+/// only for rays that meet them by chance.
 bool can_be_sampled(const Shape& shape);
 
 struct SurfaceSample {
@@ -35,7 +36,7 @@ WorldTriangle world_triangle(const Object& object, const TriangleMesh& mesh, std
 
 /// The same as of the primitive.
 std::optional<SurfaceSample> sample_surface(const WorldTriangle& triangle, Vec3d from, Vec2 u);
-double surface_pdf(const WorldTriangle& triangle, Vec3 direction, double distance);
+double surface_pdf(const WorldTriangle& triangle, Vec3d from, Vec3 direction, double distance);
 
 /// Where `ray`, whose point at t = 1 lies on the triangle but for rounding, comes so near it that a structure may find
 /// it there, `error` (metres) being how far off the structure may see it; nothing where that isn't known well, or far

@@ -242,7 +242,7 @@ float LightTable::pdf_hit(const Viewpoint& from, Vec3 direction, PrimitiveId pri
       (1 - from.far_share) * near_.probability(first + primitive.primitive, from.point, from.normal);
   if (probability == 0) return 0;
   const WorldTriangle* triangle = triangle_of(first + primitive.primitive);
-  const double pdf = triangle ? surface_pdf(*triangle, direction, distance)
+  const double pdf = triangle ? surface_pdf(*triangle, from.point, direction, distance)
                               : surface_pdf(*scene_, primitive, from.point, direction, distance, geometric_normal);
   return static_cast<float>(std::min(pdf * probability, double{std::numeric_limits<float>::max()}));
 }

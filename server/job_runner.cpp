@@ -31,11 +31,16 @@ bool is_dark(const Plan& plan) {
          has.only_physical;
 }
 
+/// Whether an AOV is asked for that is a mean over samples.
+bool asks_for_means(const Settings& settings) {
+  return std::ranges::any_of(settings.aovs, [](Aov aov) { return aov_entry(aov).origin == AovOrigin::mean; });
+}
+
 /// Whether no sample of a pixel can differ from another: nothing is drawn for any, nothing is to be seen but a sky that
 /// is the same everywhere, or all is black, and opaque.
 bool is_noiseless(const RenderContext& context) {
   const Plan& plan = context.plan;
-  if (is_dark(plan) && !context.settings.transparent) return true;
+  if (is_dark(plan) && !context.settings.transparent && !asks_for_means(context.settings)) return true;
   const auto is_empty = [](const Tile& tile) { return tile.first_level == FirstLevel::nothing; };
   if (std::ranges::all_of(plan.tiling.tiles, is_empty)) return context.settings.transparent || plan.features.even_sky;
   return plan.integrator == IntegratorKind::whitted && !context.settings.jitter && !context.rays.has_lens();
@@ -164,23 +169,12 @@ void JobRunner::prepare(const std::shared_ptr<Run>& run) {
   const auto tested = std::make_shared<ObjectMarks>(run->scene->objects.size());
   run->context->tested = tested;
   if (!jobs_.set_plan(run->job.id, plan, tested)) return;
-  find_lights(run);
-}
-
-void JobRunner::find_lights(const std::shared_ptr<Run>& run) {
-  if (!needs_lights(run->context->plan)) return find_structure(run);
-  const auto found = [this, run](std::shared_ptr<const LightTable> lights, std::exception_ptr error) {
-    guard(run->job.id, [&] {
-      if (error) std::rethrow_exception(error);
-      run->context->lights = std::move(lights);
-      find_structure(run);
-    });
-  };
-  structures_.get_or_make_lights(run->scene_hash, run->scene, found);
+  if (needs_structure(run->context->plan)) return find_structure(run);
+  if (needs_lights(run->context->plan)) run->context->lights = make_lights(run->scene);
+  render(run);
 }
 
 void JobRunner::find_structure(const std::shared_ptr<Run>& run) {
-  if (!needs_structure(run->context->plan)) return render(run);
   const auto traced = [this, run](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
     guard(run->job.id, [&] {
       if (error) std::rethrow_exception(error);
@@ -189,7 +183,16 @@ void JobRunner::find_structure(const std::shared_ptr<Run>& run) {
       run->context->accel = structure->accel;
       run->structure = std::move(structure);
       run->shares_structure = shared;
-      render(run);
+      if (!needs_lights(run->context->plan)) return render(run);
+      // Not at once: others who wait for the structure are told by this thread.
+      const auto light_it = [this, run](std::size_t) {
+        guard(run->job.id, [&] {
+          run->context->lights = run->structure->lights->get(run->structure->scene);
+          render(run);
+        });
+        return true;
+      };
+      scheduler_.submit(1, light_it, run->job.stop);
     });
   };
   structures_.get_or_build(run->scene_hash, run->scene, run->context->plan.accel, traced);

@@ -37,7 +37,6 @@ class JobRunner {
   struct Run;
 
   void prepare(const std::shared_ptr<Run>& run);
-  void find_lights(const std::shared_ptr<Run>& run);
   void find_structure(const std::shared_ptr<Run>& run);
   void render(const std::shared_ptr<Run>& run);
   void begin_pass(const std::shared_ptr<Run>& run);

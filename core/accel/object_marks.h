@@ -17,6 +17,8 @@ class ObjectMarks {
     if (!marks_[object].load(std::memory_order_relaxed)) marks_[object].store(true, std::memory_order_relaxed);
   }
 
+  bool is_marked(std::uint32_t object) const { return marks_[object].load(std::memory_order_relaxed); }
+
   std::uint64_t unmarked() const {
     std::uint64_t count = 0;
     for (std::size_t i = 0; i < size_; ++i) count += !marks_[i].load(std::memory_order_relaxed);

@@ -148,10 +148,13 @@ struct Moments {
 /// the same degrees (Cacoullos 1965), and t is expanded about the normal distribution (Fisher & Cornish 1960): 1% short
 /// at three degrees.
 double quotient_of(double freedom) {
+  // Of Student's t with one, two and three degrees, between which the expansion falls short.
+  constexpr double kOne = 12.706, kTwo = 4.303, kThree = 3.182;
   const double z = kDeviations, z2 = z * z, n = freedom;
   const double t = z * (1 + (z2 + 1) / (4 * n) + ((5 * z2 + 16) * z2 + 3) / (96 * n * n) +
                         (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (384 * n * n * n));
-  const double u = t / std::sqrt(n);
+  const double of_few = n < 2 ? kTwo + (kOne - kTwo) * (2 / n - 1) : kThree + (kTwo - kThree) * (6 / n - 2);
+  const double u = (n < 3 ? std::max(t, of_few) : t) / std::sqrt(n);
   return u + std::sqrt(u * u + 1);
 }
 

@@ -13,8 +13,8 @@ namespace {
 constexpr std::uint64_t kSafePerPixel = 16;
 constexpr std::uint64_t kSafeInAll = 1 << 18;
 
-/// So many times as many, and no two that differ: what has not been seen by then hardly ever will be, and more samples
-/// don't bring the error any nearer to being known.
+/// So many times as many, and halves that are equal everywhere: what has not been seen by then hardly ever will be, and
+/// more samples don't bring the error any nearer to being known.
 constexpr std::uint64_t kHopeless = 16;
 
 /// Of the time that is left, the part that a pass is meant to take: the rest is for what it takes longer.

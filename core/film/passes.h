@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// What ended the passes over an image: that every pixel has all of its samples, or very many of which no two differ
+/// What ended the passes over an image: that every pixel has all of its samples, or very many whose halves are equal everywhere
 /// anywhere; that the error is as small as was asked for; or that the time is over.
 enum class EndedBy { samples, error, seconds };
 

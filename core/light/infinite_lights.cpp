@@ -40,7 +40,7 @@ InfiniteLights::Sum above_horizon(double irradiance, Vec3 direction, double sine
 
 /// Of a light that sends `one` among all.
 double share(const InfiniteLights::Sum& one, const InfiniteLights::Sum& all) {
-  if (!(one.irradiance > 0)) return 0;
+  if (!(one.irradiance > 0) || !(all.irradiance > 0)) return 0;
   return 0.5 * one.count / all.count + 0.5 * one.irradiance / all.irradiance;
 }
 

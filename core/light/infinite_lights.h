@@ -27,7 +27,9 @@ class InfiniteLights {
   }
 
   /// Of the heap that they take.
-  std::size_t bytes() const { return map_ ? map_->bytes() : 0; }
+  std::size_t bytes() const {
+    return directional_.capacity() * sizeof(Directional) + suns_.capacity() * sizeof(Sun) + (map_ ? map_->bytes() : 0);
+  }
 
   /// What may come from them all to a surface, by which they share picks.
   struct Sum {

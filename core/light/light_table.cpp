@@ -7,6 +7,7 @@
 
 #include "core/light/emissive_surface.h"
 #include "core/light/illuminate.h"
+#include "core/math/float_environment.h"
 #include "core/math/portable_float.h"
 #include "core/sampling/sampler.h"
 #include "core/sampling/warp.h"
@@ -55,6 +56,11 @@ std::optional<LightSample> sample_at(Vec3 position, Rgb intensity, Vec3d from, F
 
 }  // namespace
 
+std::shared_ptr<const LightTable> make_lights(std::shared_ptr<const Scene> scene) {
+  const StrictFloats strict;
+  return std::make_shared<const LightTable>(std::move(scene));
+}
+
 LightTable::LightTable(std::shared_ptr<const Scene> scene)
     : scene_(std::move(scene)),
       far_(*scene_),
@@ -67,7 +73,8 @@ LightTable::LightTable(std::shared_ptr<const Scene> scene)
 std::size_t LightTable::bytes() const {
   return far_.bytes() + near_.bytes() + sources_.capacity() * sizeof(PrimitiveId) +
          first_.capacity() * sizeof(std::uint32_t) + triangles_.capacity() * sizeof(WorldTriangle) +
-         spots_.capacity() * sizeof(SpotCosines) + errors_.capacity() * sizeof(Transform::Error);
+         spots_.capacity() * sizeof(SpotCosines) + errors_.capacity() * sizeof(Transform::Error) +
+         emitters_.capacity() * sizeof(Aabb);
 }
 
 void LightTable::gather_emitters() {
@@ -83,6 +90,7 @@ void LightTable::gather_emitters() {
   if (emitters_.size() <= kMostBoxes) return;
   for (const Aabb& box : emitters_) emitters_[0].extend(box);
   emitters_.resize(1);
+  emitters_.shrink_to_fit();
 }
 
 bool LightTable::may_meet(const Ray& ray) const {

@@ -94,13 +94,12 @@ class LightTable {
   /// Of a light of the scene that is near.
   std::optional<LightSample> sample_point(std::uint32_t light, Vec3d from) const;
   std::optional<LightSample> sample_near(const Viewpoint& from, double pick, Vec2 u) const;
-
-  std::shared_ptr<const Scene> scene_;
-  InfiniteLights far_;
   float end_at(PrimitiveId primitive, const Ray& ray) const;
   /// A mesh's triangle, as it lies in the world.
   const WorldTriangle* triangle_of(std::uint32_t source) const;
 
+  std::shared_ptr<const Scene> scene_;
+  InfiniteLights far_;
   std::vector<PrimitiveId> sources_;  ///< Those of the tree; of a light of the scene its index, `object` being none.
   std::vector<std::uint32_t> first_;  ///< For each object the source that its first primitive is, or none.
   std::vector<Aabb> emitters_;        ///< Boxes of objects that emit, with room for all roundings; one for all if many.
@@ -112,5 +111,8 @@ class LightTable {
   std::vector<Transform::Error> errors_;  ///< For each object that emits, of its placement.
   LightTree near_;
 };
+
+/// The same in the floating-point environment that images are made in.
+std::shared_ptr<const LightTable> make_lights(std::shared_ptr<const Scene> scene);
 
 }  // namespace tessera

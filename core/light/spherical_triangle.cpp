@@ -8,8 +8,8 @@
 namespace tessera {
 namespace {
 
-/// Twice the area by the square of the distance. In a room with a lamp, and under large lamps, sampling those that
-/// are smaller by solid angle costs more than it brings.
+/// Twice the area by the square of the distance of the nearest corner. The density by area changes little over what is
+/// smaller than that.
 constexpr double kLarge = 0.3;
 /// The least distance from the triangle's plane, by the root of twice its area.
 constexpr double kAbove = 0x1p-10;
@@ -21,10 +21,11 @@ double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
 std::optional<SphericalTriangle> SphericalTriangle::seen(Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d normal = cross(b - a, c - a);
-  const double square = dot(a, a), twice_area_2 = dot(normal, normal), above = dot(normal, a);
-  if (!(twice_area_2 >= kLarge * kLarge * square * square)) return std::nullopt;
+  const double nearest = std::min(dot(a, a), std::min(dot(b, b), dot(c, c)));
+  const double twice_area_2 = dot(normal, normal), above = dot(normal, a);
+  if (!(twice_area_2 >= kLarge * kLarge * nearest * nearest)) return std::nullopt;
   if (!(above * above >= kAbove * kAbove * twice_area_2 * std::sqrt(twice_area_2))) return std::nullopt;
-  const SphericalTriangle triangle(a / std::sqrt(square), b / length(b), c / length(c));
+  const SphericalTriangle triangle(a / length(a), b / length(b), c / length(c));
   if (!(triangle.solid_angle_ >= kLeastSolidAngle)) return std::nullopt;
   return triangle;
 }

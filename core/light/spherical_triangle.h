@@ -11,8 +11,8 @@ namespace tessera {
 /// Sampling of Spherical Triangles", 1995). All in double.
 class SphericalTriangle {
  public:
-  /// `a`, `b` and `c` are the ways to its corners. Nothing where the triangle is small as seen from there, so that it
-  /// makes hardly a difference how it is sampled, or where the point lies all but in its plane, which leaves too few
+  /// `a`, `b` and `c` are the ways to its corners. Nothing where they are far away by its size, so that it makes
+  /// hardly a difference how it is sampled, or where the point lies all but in its plane, which leaves too few
   /// digits; a NaN gives nothing.
   static std::optional<SphericalTriangle> seen(Vec3d a, Vec3d b, Vec3d c);
 

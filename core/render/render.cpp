@@ -9,8 +9,7 @@ namespace tessera {
 namespace {
 
 std::shared_ptr<const LightTable> lights_for(const Plan& plan, const std::shared_ptr<const Scene>& scene) {
-  const StrictFloats strict;
-  return needs_lights(plan) ? std::make_shared<const LightTable>(scene) : nullptr;
+  return needs_lights(plan) ? make_lights(scene) : nullptr;
 }
 
 }  // namespace

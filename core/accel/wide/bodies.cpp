@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMostTriangles = 1 << 21;
+constexpr std::uint64_t kMostTriangles = 1 << 21, kMostPositions = 3 * kMostTriangles;
 
 /// A quad's, in the corners that `intersect` takes for them: it is hit where they are.
 constexpr std::array<TriangleIndices, 2> kQuadTriangles{{{0, 1, 2}, {0, 2, 3}}};
@@ -17,13 +17,14 @@ bool is_usable(const Quad& quad) {
   return a != b && b != c && a != c && c != d && a != d;
 }
 
-/// The triangles of an object that may be joined to others; 0 for one that may not.
-std::uint64_t joinable_triangles(const Scene& scene, const Object& object) {
-  if (object.placement) return 0;
-  const Shape& shape = scene.shapes[object.shape];
-  if (const auto* quad = std::get_if<Quad>(&shape)) return is_usable(*quad) ? 2 : 0;
+/// What an object brings to a joined mesh; nothing for one that may not be joined.
+struct Part {
+  std::uint64_t triangles = 0, positions = 0;
+};
+Part part_of(const Shape& shape) {
+  if (const auto* quad = std::get_if<Quad>(&shape)) return is_usable(*quad) ? Part{2, 4} : Part{};
   const auto* mesh = std::get_if<TriangleMesh>(&shape);
-  return mesh ? mesh->triangles.size() : 0;
+  return mesh ? Part{mesh->triangles.size(), mesh->positions.size()} : Part{};
 }
 
 void append(TriangleMesh& all, std::span<const Vec3> positions, std::span<const TriangleIndices> triangles) {
@@ -32,14 +33,19 @@ void append(TriangleMesh& all, std::span<const Vec3> positions, std::span<const 
   for (const TriangleIndices& t : triangles) all.triangles.push_back({t[0] + corners, t[1] + corners, t[2] + corners});
 }
 
-/// How many objects from `first` on follow each other that may be joined, together.
-std::uint32_t run_from(const Scene& scene, std::uint32_t first) {
-  std::uint64_t triangles = 0;
+/// How many objects from `first` on follow each other that may be joined, together. `uses` are those of each shape:
+/// of several objects with one shape there would be as many copies.
+std::uint32_t run_from(const Scene& scene, const std::vector<std::uint32_t>& uses, std::uint32_t first) {
+  Part all;
   std::uint32_t end = first;
   for (; end < scene.objects.size(); ++end) {
-    const std::uint64_t more = joinable_triangles(scene, scene.objects[end]);
-    triangles += more;
-    if (more == 0 || triangles > kMostTriangles) break;
+    const Object& object = scene.objects[end];
+    const Part part = part_of(scene.shapes[object.shape]);
+    all.triangles += part.triangles;
+    all.positions += part.positions;
+    if (object.placement || uses[object.shape] > 1 || part.triangles == 0 || all.triangles > kMostTriangles ||
+        all.positions > kMostPositions)
+      break;
   }
   return std::max(1U, end - first);
 }
@@ -73,8 +79,10 @@ Bodies Bodies::apart(std::shared_ptr<const Scene> scene) {
 
 Bodies Bodies::joined(std::shared_ptr<const Scene> scene) {
   Bodies bodies(std::move(scene));
+  std::vector<std::uint32_t> uses(bodies.scene_->shapes.size());
+  for (const Object& object : bodies.scene_->objects) ++uses[object.shape];
   for (std::uint32_t first = 0; first < bodies.body_of_.size();) {
-    const std::uint32_t run = run_from(*bodies.scene_, first);
+    const std::uint32_t run = run_from(*bodies.scene_, uses, first);
     if (run > 1 && are_in_each_others_way(*bodies.scene_, first, run))
       bodies.add(first, run);
     else
@@ -92,19 +100,20 @@ void Bodies::add(std::uint32_t first, std::uint32_t count) {
     body_of_[member] = size();
     first_triangle_[member] = triangles;
     if (count == 1) continue;
-    triangles += static_cast<std::uint32_t>(joinable_triangles(*scene_, scene_->objects[member]));
-    is_quad_[member] = std::holds_alternative<Quad>(scene_->shapes[scene_->objects[member].shape]);
+    const Shape& shape = scene_->shapes[scene_->objects[member].shape];
+    triangles += static_cast<std::uint32_t>(part_of(shape).triangles);
+    is_quad_[member] = std::holds_alternative<Quad>(shape);
   }
   if (count > 1) {
-    body.shape = &meshes_.emplace_back(mesh_of(first, count));
+    body.shape = nullptr;
     body.hierarchy = static_cast<std::uint32_t>(hierarchies_++);
   }
   bodies_.push_back(body);
 }
 
-TriangleMesh Bodies::mesh_of(std::uint32_t first, std::uint32_t count) const {
+TriangleMesh Bodies::joined_mesh(const Body& body) const {
   TriangleMesh all;
-  for (std::uint32_t object = first; object < first + count; ++object) {
+  for (std::uint32_t object = body.first; object < body.first + body.count; ++object) {
     const Shape& shape = scene_->shapes[scene_->objects[object].shape];
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
       append(all, mesh->positions, mesh->triangles);
@@ -115,12 +124,7 @@ TriangleMesh Bodies::mesh_of(std::uint32_t first, std::uint32_t count) const {
 }
 
 std::size_t Bodies::bytes() const {
-  std::size_t bytes = bodies_.size() * sizeof(Body) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
-  for (const Shape& shape : meshes_) {
-    const auto& mesh = std::get<TriangleMesh>(shape);
-    bytes += mesh.positions.size() * sizeof(Vec3) + mesh.triangles.size() * sizeof(TriangleIndices);
-  }
-  return bytes;
+  return bodies_.size() * sizeof(Body) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
 }
 
 std::vector<Aabb> Bodies::around(std::span<const Aabb> boxes) const {
@@ -151,8 +155,9 @@ std::vector<std::uint32_t> Bodies::of_objects(std::span<const std::uint32_t> obj
 }
 
 void Bodies::mark(ObjectMarks& marks, std::uint32_t body) const {
-  const auto [first, count] = std::pair(bodies_[body].first, bodies_[body].count);
-  for (std::uint32_t object = first; object < first + count; ++object) marks.mark(object);
+  const std::uint32_t first = bodies_[body].first, end = first + bodies_[body].count;
+  if (marks.is_marked(end - 1)) return;
+  for (std::uint32_t object = first; object < end; ++object) marks.mark(object);
 }
 
 }  // namespace tessera

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <span>
 #include <vector>
@@ -19,27 +18,31 @@ namespace tessera {
 class Bodies {
  public:
   struct Body {
-    const Shape* shape;
+    const Shape* shape;          ///< Null for a mesh that is joined.
     const Transform* placement;  ///< Null where it lies in the world as it is.
     std::uint32_t first, count;  ///< Its objects.
     std::uint32_t hierarchy;     ///< Which one is its mesh's, below `hierarchies()`; instances share theirs.
   };
 
-  Bodies(Bodies&&) = default;
-
   /// One for each object.
   static Bodies apart(std::shared_ptr<const Scene> scene);
-  /// Those that pay are joined: where a ray that enters the box around all of them enters more than one of theirs, on
-  /// average. Hierarchies are made as a whole when the first ray comes, so those that lie apart had better stay so; and
-  /// none of a joined mesh has more than 2^21 triangles.
+  /// Runs of objects, each with a shape of its own, are joined where that pays: where a ray that enters the box around
+  /// all of a run enters more than one of theirs, on average. Their hierarchy is made as a whole when the first ray
+  /// comes to it; none has more than 2^21 triangles.
   static Bodies joined(std::shared_ptr<const Scene> scene);
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(bodies_.size()); }
   const Body& operator[](std::uint32_t body) const { return bodies_[body]; }
+  static bool is_mesh(const Body& body) {
+    return body.shape == nullptr || std::holds_alternative<TriangleMesh>(*body.shape);
+  }
+  /// Of a body that is joined.
+  TriangleMesh joined_mesh(const Body& body) const;
   std::size_t hierarchies() const { return hierarchies_; }
   /// Of the heap, that the scene doesn't hold.
   std::size_t bytes() const;
   const Scene& scene() const { return *scene_; }
+  const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
   bool are_joined() const { return bodies_.size() < scene_->objects.size(); }
 
   /// For each body the box around its objects', of which `boxes` are all.
@@ -60,10 +63,8 @@ class Bodies {
  private:
   explicit Bodies(std::shared_ptr<const Scene> scene);
   void add(std::uint32_t first, std::uint32_t count);
-  TriangleMesh mesh_of(std::uint32_t first, std::uint32_t count) const;
 
   std::shared_ptr<const Scene> scene_;
-  std::deque<Shape> meshes_;  ///< Those that were joined. Their places don't change.
   std::vector<Body> bodies_;
   std::vector<std::uint32_t> body_of_;         ///< For each object,
   std::vector<std::uint32_t> first_triangle_;  ///< and where its primitives begin among its body's.

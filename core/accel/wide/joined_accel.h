@@ -21,7 +21,7 @@ class JoinedAccel final : public Accel {
   AccelStats stats() const override { return wide_.stats(); }
 
  private:
-  const Bodies& bodies() const { return wide_.bodies(); }
+  const Bodies& bodies() const { return wide_.bodies_; }
   /// Calls `trace` with the bodies of these objects.
   template <typename Trace>
   void with_bodies(Candidates objects, Trace&& trace) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <concepts>
 #include <functional>
 #include <mutex>
 
@@ -30,16 +31,17 @@ class LazyTree {
 
   /// The hierarchy. Who asks first makes it; who asks meanwhile waits. If making it throws, so does this, and the next
   /// one to ask tries again.
-  const WideTree& get(const TriangleMesh& mesh, const MakeTree& make) const {
+  template <std::invocable Make>
+  const WideTree& get(const Make& make) const {
     const Ready* ready = this->ready();
-    return (ready ? ready : make_ready(mesh, make))->made.tree;
+    return (ready ? ready : make_ready(make))->made.tree;
   }
 
   /// What has been made; null as long as nothing has.
   const Ready* ready() const { return ready_.load(std::memory_order_acquire); }
 
  private:
-  const Ready* make_ready(const TriangleMesh& mesh, const MakeTree& make) const;
+  const Ready* make_ready(const std::function<MadeTree()>& make) const;
 
   mutable std::mutex making_;
   mutable Ready made_;

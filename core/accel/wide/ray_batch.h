@@ -47,14 +47,14 @@ class RayBatch {
   /// without those that the placement makes untraceable; one without a placement looks at each ray by itself.
   template <typename Counter>
   bool pick(const Aabb& box, const Transform* placement, bool is_mesh, Counter tally) {
+    const bool one_by_one = !run_together_ && (placement || !is_mesh);
     entered_.clear();
     for (std::size_t first = 0; first < rays_.size(); first += kBundle) {
       const std::size_t size = bundle_size(first);
       const bool misses = bundles_[first / kBundle].misses(box, limit(answers_.subspan(first, size)));
-      tally.volumes(size, misses ? 0 : size);
+      if (misses || !one_by_one) tally.volumes(size, misses ? 0 : size);
       if (!misses) entered_.push_back(first);
     }
-    const bool one_by_one = !run_together_ && (placement || !is_mesh);
     is_whole_ = !placement && !one_by_one && entered_.size() == bundles_.size();
     if (is_whole_) return true;
     picked_.clear();
@@ -62,7 +62,7 @@ class RayBatch {
     found_.clear();
     if (one_by_one && cull_rays_.empty())
       for (const Ray& ray : rays_) cull_rays_.emplace_back(ray, reach_, placed_);
-    for (const std::size_t first : entered_) pick_from(first, one_by_one ? &box : nullptr, placement, is_mesh);
+    for (const std::size_t first : entered_) pick_from(first, one_by_one ? &box : nullptr, placement, is_mesh, tally);
     return !picked_.empty();
   }
 
@@ -88,10 +88,15 @@ class RayBatch {
 
   std::size_t bundle_size(std::size_t first) const { return std::min(kBundle, rays_.size() - first); }
 
-  void pick_from(std::size_t first, const Aabb* box, const Transform* placement, bool only_traceable) {
+  template <typename Counter>
+  void pick_from(std::size_t first, const Aabb* box, const Transform* placement, bool only_traceable, Counter tally) {
     for (std::size_t i = first; i < first + bundle_size(first); ++i) {
       if (is_settled(answers_[i])) continue;
-      if (box && cull_rays_[i].misses(*box, rays_[i].t_min, std::min(rays_[i].t_max, limit(answers_[i])))) continue;
+      if (box) {
+        const bool misses = cull_rays_[i].misses(*box, rays_[i].t_min, std::min(rays_[i].t_max, limit(answers_[i])));
+        tally.volumes(1, misses ? 0 : 1);
+        if (misses) continue;
+      }
       const Ray ray = placement ? placement->to_local(rays_[i]) : rays_[i];
       if (placement && only_traceable && !is_traceable(ray)) continue;
       found_.push_back(answers_[i]);

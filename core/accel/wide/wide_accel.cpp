@@ -100,7 +100,7 @@ MadeTree WideAccel::build_tree(const TriangleMesh& mesh) { return {build_wide(me
 
 bool WideAccel::pass_by(std::uint32_t body, std::span<const Ray> rays) const {
   const Bodies::Body& b = bodies_[body];
-  return is_mesh(b) && !meshes_[b.hierarchy].ready() && std::ranges::all_of(rays, [&](const Ray& ray) {
+  return Bodies::is_mesh(b) && !meshes_[b.hierarchy].ready() && std::ranges::all_of(rays, [&](const Ray& ray) {
            return CullRay(ray, tree_.root(), placed_).misses(boxes_[body], ray.t_min, ray.t_max);
          });
 }
@@ -110,7 +110,7 @@ void WideAccel::closest_in(std::uint32_t body, const Ray& world, Hit& best, Trac
   const Bodies::Body& b = bodies_[body];
   const Ray ray = b.placement ? b.placement->to_local(world) : world;
   if (log.tested) bodies_.mark(*log.tested, body);
-  if (is_mesh(b)) {
+  if (Bodies::is_mesh(b)) {
     if (!is_traceable(ray)) return;  // a transform may have flattened the direction to zero
     if (least == 0) return kernels_.closest(mesh_tree(b), body, {&ray, 1}, {&best, 1}, log.counts);
     kernels_.closest_from(mesh_tree(b), {body, least}, ray, best, log.counts);
@@ -126,7 +126,7 @@ bool WideAccel::occluded_by(std::uint32_t body, const Ray& world, TraceLog log) 
   const Bodies::Body& b = bodies_[body];
   const Ray ray = b.placement ? b.placement->to_local(world) : world;
   if (log.tested) bodies_.mark(*log.tested, body);
-  if (is_mesh(b)) {
+  if (Bodies::is_mesh(b)) {
     std::uint8_t hidden = 0;
     if (is_traceable(ray)) kernels_.occluded(mesh_tree(b), body, {&ray, 1}, {&hidden, 1}, log.counts);
     return hidden;
@@ -251,7 +251,7 @@ void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog
     batch.start(rays, hits.subspan(first, count), true);
     for (const std::uint32_t body : batch.near_to_far(bodies, boxes_)) {
       if (!pick(body, batch, log)) continue;
-      if (is_mesh(bodies_[body])) {
+      if (Bodies::is_mesh(bodies_[body])) {
         directions.clear();
         if (!batch.is_whole()) directions.append_those_of(batch.rays());
         const RayFan picked(batch.rays().front().origin, directions);
@@ -304,7 +304,8 @@ void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidd
 template <typename Answer>
 bool WideAccel::pick(std::uint32_t body, RayBatch<Answer>& batch, TraceLog log) const {
   const Bodies::Body& b = bodies_[body];
-  const bool any = counted(log, [&](auto tally) { return batch.pick(boxes_[body], b.placement, is_mesh(b), tally); });
+  const bool any =
+      counted(log, [&](auto tally) { return batch.pick(boxes_[body], b.placement, Bodies::is_mesh(b), tally); });
   // Bundles of rays may seem to enter a box that none of them does.
   if (any && pass_by(body, batch.world_rays())) return false;
   if (any && log.tested) bodies_.mark(*log.tested, body);
@@ -314,7 +315,7 @@ bool WideAccel::pick(std::uint32_t body, RayBatch<Answer>& batch, TraceLog log) 
 void WideAccel::closest_on(std::uint32_t body, std::span<const Ray> rays, std::span<Hit> hits,
                            TestCounts* counts) const {
   const Bodies::Body& b = bodies_[body];
-  if (!is_mesh(b)) {
+  if (!Bodies::is_mesh(b)) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const std::optional<float> t = intersect_single(*b.shape, rays[i]);
       if (counts) Tally(*counts).object(t.has_value());
@@ -349,7 +350,7 @@ void WideAccel::closest_on_mesh(std::uint32_t body, const RayFan& fan, std::span
 void WideAccel::occluded_on(std::uint32_t body, std::optional<Vec3> apex, std::span<const Ray> rays,
                             std::span<std::uint8_t> hidden, TestCounts* counts) const {
   const Bodies::Body& b = bodies_[body];
-  if (!is_mesh(b)) {
+  if (!Bodies::is_mesh(b)) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (hidden[i]) continue;
       hidden[i] = intersect_single(*b.shape, rays[i]).has_value();
@@ -389,9 +390,14 @@ bool WideAccel::are_few(std::span<const std::uint32_t> bodies, std::size_t rays)
   return bodies.size() <= std::max(kFewForOthers, rays / kRaysForEach);
 }
 
-bool WideAccel::is_mesh(const Bodies::Body& body) { return std::holds_alternative<TriangleMesh>(*body.shape); }
+const WideTree& WideAccel::mesh_tree(const Bodies::Body& body) const {
+  return meshes_[body.hierarchy].get(
+      [&] { return make_(body.shape ? std::get<TriangleMesh>(*body.shape) : bodies_.joined_mesh(body)); });
+}
 
-bool WideAccel::is_lone_mesh() const { return bodies_.size() == 1 && !bodies_[0].placement && is_mesh(bodies_[0]); }
+bool WideAccel::is_lone_mesh() const {
+  return bodies_.size() == 1 && !bodies_[0].placement && Bodies::is_mesh(bodies_[0]);
+}
 
 AccelStats WideAccel::stats() const {
   AccelStats sum = tree_.stats();
@@ -399,7 +405,7 @@ AccelStats WideAccel::stats() const {
   std::vector<bool> is_counted(meshes_.size(), false);
   for (std::uint32_t body = 0; body < bodies_.size(); ++body) {
     const std::uint32_t hierarchy = bodies_[body].hierarchy;
-    if (!is_mesh(bodies_[body]) || is_counted[hierarchy]) continue;
+    if (!Bodies::is_mesh(bodies_[body]) || is_counted[hierarchy]) continue;
     is_counted[hierarchy] = true;
     ++sum.meshes;
     const LazyTree::Ready* ready = meshes_[hierarchy].ready();
@@ -423,7 +429,7 @@ std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const
   Bodies bodies = Bodies::joined(std::move(scene));
   if (bodies.are_joined())
     return std::make_unique<const JoinedAccel>(std::move(bodies), options, kernels, std::move(make));
-  return std::make_unique<const WideAccel>(std::move(bodies), options, kernels, std::move(make));
+  return std::make_unique<const WideAccel>(bodies.shared_scene(), options, kernels, std::move(make));
 }
 
 std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const AccelOptions& options) {

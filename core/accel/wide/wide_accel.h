@@ -22,15 +22,8 @@ class WideAccel final : public Accel {
  public:
   WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options,
             const WideKernels& kernels = wide_kernels(), MakeTree make = build_tree);
-  /// Of these bodies, by whose numbers everything here goes; only `TraceLog::tested` knows the scene's objects.
-  WideAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make);
 
   static MadeTree build_tree(const TriangleMesh& mesh);
-
-  const Bodies& bodies() const { return bodies_; }
-
-  /// The first hit at just that t of primitives with this number or a greater one.
-  std::optional<Hit> closest_at(const Ray& ray, float t, PrimitiveId least, TraceLog log) const;
 
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override;
   bool occluded(const Ray& ray, TraceLog log) const override;
@@ -43,10 +36,15 @@ class WideAccel final : public Accel {
   AccelStats stats() const override;
 
  private:
-  const WideTree& mesh_tree(const Bodies::Body& body) const {
-    return meshes_[body.hierarchy].get(std::get<TriangleMesh>(*body.shape), make_);
-  }
-  static bool is_mesh(const Bodies::Body& body);
+  friend class JoinedAccel;
+
+  /// Of these bodies, by whose numbers everything goes then: all but `TraceLog::tested` is `JoinedAccel`'s to carry
+  /// over.
+  WideAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make);
+  /// The first hit at just that t of primitives with this number or a greater one.
+  std::optional<Hit> closest_at(const Ray& ray, float t, PrimitiveId least, TraceLog log) const;
+
+  const WideTree& mesh_tree(const Bodies::Body& body) const;
   /// Those that rays which lead to a point may meet on their way.
   std::vector<std::uint32_t> bodies_to(Vec3 apex, std::span<const Ray> rays) const;
   /// `closest_fan` where the fan's interval is all that is before its origin.

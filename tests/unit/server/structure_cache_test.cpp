@@ -161,16 +161,6 @@ TEST(StructureCache, CountsWhatHasGrown) {
   EXPECT_NE(ask(cache, "grown", scene).structure, grown) << "what has gone doesn't come back";
 }
 
-std::shared_ptr<const LightTable> ask_for_lights(StructureCache& cache, const std::string& hash,
-                                                 const std::shared_ptr<const Scene>& scene) {
-  std::shared_ptr<const LightTable> found;
-  cache.get_or_make_lights(hash, scene, [&](std::shared_ptr<const LightTable> lights, const std::exception_ptr& error) {
-    EXPECT_FALSE(error);
-    found = std::move(lights);
-  });
-  return found;
-}
-
 std::shared_ptr<const Scene> scene_of_lamps(std::uint32_t count) {
   Scene scene = *scene_of_spheres(1);
   scene.lights.assign(count, PointLight{{0, 5, 0}, {1, 1, 1}});
@@ -179,22 +169,41 @@ std::shared_ptr<const Scene> scene_of_lamps(std::uint32_t count) {
 
 TEST(StructureCache, KeepsTheLightsOfAScene) {
   StructureCache cache(1 << 30);
-  const auto scene = scene_of_lamps(3);
-  const auto lights = ask_for_lights(cache, "a", scene);
+  const auto structure = ask(cache, "a", scene_of_lamps(3)).structure;
+  EXPECT_EQ(structure->lights->bytes(), 0U) << "nobody needs them yet";
+  const auto lights = structure->lights->get(structure->scene);
   ASSERT_TRUE(lights);
   EXPECT_EQ(lights->count(), 3U);
-  EXPECT_EQ(ask_for_lights(cache, "a", scene), lights);
-  EXPECT_NE(ask_for_lights(cache, "b", scene), lights);
-  EXPECT_FALSE(ask(cache, "a", scene).shared) << "lights aren't a structure";
-  EXPECT_EQ(ask_for_lights(cache, "a", scene), lights);
+  const auto again = ask(cache, "a", scene_of_lamps(3)).structure;
+  EXPECT_EQ(again->lights->get(again->scene), lights);
+  EXPECT_EQ(structure->lights->bytes(), lights->bytes());
+}
+
+TEST(StructureCache, LightsAreMadeOnceForAllWhoAskAtOnce) {
+  const auto scene = scene_of_lamps(1000);
+  const SceneLights lights;
+  std::latch start(8);
+  std::vector<std::shared_ptr<const LightTable>> found(8);
+  {
+    std::vector<std::jthread> threads;
+    for (auto& mine : found)
+      threads.emplace_back([&] {
+        start.arrive_and_wait();
+        mine = lights.get(scene);
+      });
+  }
+  for (const auto& one : found) EXPECT_EQ(one, found[0]);
 }
 
 TEST(StructureCache, LightsCountByWhatTheyTake) {
   const auto scene = scene_of_lamps(10'000);  // A table takes 72 bytes a light, and more.
-  StructureCache small(500'000 + memory_bytes(*scene)), large(2'000'000 + memory_bytes(*scene));
-  const auto kept = ask_for_lights(large, "a", scene), dropped = ask_for_lights(small, "a", scene);
-  EXPECT_EQ(ask_for_lights(large, "a", scene), kept);
-  EXPECT_NE(ask_for_lights(small, "a", scene), dropped);
+  for (const bool is_large : {false, true}) {
+    StructureCache cache((is_large ? 2'000'000U : 500'000U) + memory_bytes(*scene));
+    const auto structure = ask(cache, "a", scene).structure;
+    structure->lights->get(scene);
+    cache.recount("a", structure);
+    EXPECT_EQ(ask(cache, "a", scene).shared, is_large);
+  }
 }
 
 }  // namespace

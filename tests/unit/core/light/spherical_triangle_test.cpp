@@ -45,28 +45,27 @@ const std::vector<Corners> kTriangles = {
     {{{1, 0, 0}, {0, 0, 1}, {0, 1, 0}}},              // the same, wound the other way
     {{{-1, -1, 0.01}, {2, -1, 0.01}, {0, 2, 0.01}}},  // nearly a half
     {{{1, -1, 0.02}, {1, 3, 0.02}, {4, -1, 0.02}}},   // hardly above its plane, and beside it
-    {{{-2, 0, 1}, {2, 0.05, 1}, {2, -0.05, 1}}},      // a sliver
-    {{{0.5, -40, 1}, {-0.5, -40, 1}, {0, 300, 1}}},   // a ribbon overhead
+    {{{-1, 0, .2}, {1, .1, .2}, {1, -.1, .2}}},       // a sliver
+    {{{0.5, -4, 1}, {-0.5, -4, 1}, {0, 9, 1}}},       // a ribbon overhead
 };
 
 TEST(SphericalTriangle, KnowsItsSolidAngle) {
   const auto eighth = SphericalTriangle::seen({2, 0, 0}, {0, 3, 0}, {0, 0, 2});
   ASSERT_TRUE(eighth);
   EXPECT_NEAR(eighth->solid_angle(), kPi / 2, 1e-9);
-  std::size_t seen = 0;
   for (const Corners& c : kTriangles)
-    if (const auto triangle = SphericalTriangle::seen(c[0], c[1], c[2])) {
+    for (std::size_t first = 0; first < 3; ++first) {
+      const auto triangle = SphericalTriangle::seen(c[first], c[(first + 1) % 3], c[(first + 2) % 3]);
+      ASSERT_TRUE(triangle) << solid_angle(c);
       EXPECT_NEAR(triangle->solid_angle() / solid_angle(c), 1, 1e-8);
-      ++seen;
     }
-  EXPECT_GE(seen, 4U);
 }
 
 TEST(SphericalTriangle, ChoosesAllItsDirectionsAlike) {
   Random random(3);
   for (const Corners& c : kTriangles) {
     const auto triangle = SphericalTriangle::seen(c[0], c[1], c[2]);
-    if (!triangle) continue;
+    ASSERT_TRUE(triangle);
     const auto parts = quarters(c);
     std::array<double, 4> counts{}, expected{};
     constexpr int kSamples = 40'000;
@@ -86,7 +85,7 @@ TEST(SphericalTriangle, StaysFiniteAtTheEndsOfNumbers) {
   constexpr float kEnds[] = {0, 0x1p-24F, 0.5F, 1 - 0x1p-24F};
   for (const Corners& c : kTriangles) {
     const auto triangle = SphericalTriangle::seen(c[0], c[1], c[2]);
-    if (!triangle) continue;
+    ASSERT_TRUE(triangle);
     for (const float x : kEnds)
       for (const float y : kEnds) EXPECT_NEAR(length(triangle->sample({x, y})), 1, 1e-6) << x << ' ' << y;
   }

@@ -54,6 +54,13 @@ TEST(Bodies, JoinQuadsAsTwoTriangles) {
   EXPECT_EQ(bodies.left({4, 0}).object, 2U) << "one that stays alone";
 }
 
+TEST(Bodies, LeaveInstances) {
+  SceneBuilder b;
+  const std::uint32_t ball = b.shape(ball_at(0));
+  b.place(ball).add(ball_at(0.5F)).place(ball).add(ball_at(0.2F)).add(ball_at(0.3F));
+  EXPECT_EQ(counts(Bodies::joined(b.build())), (std::vector<std::uint32_t>{1, 1, 1, 2}));
+}
+
 TEST(Bodies, LeaveMeshesThatLieApart) {
   SceneBuilder b;
   for (const float x : {0.0F, 9.0F, 18.0F}) b.add(ball_at(x));
@@ -70,6 +77,11 @@ TEST(Bodies, JoinNoMoreThanAMeshHasRoomFor) {
   SceneBuilder b;
   b.add(half).add(half).add(ball_at(0));
   EXPECT_EQ(counts(Bodies::joined(b.build())), (std::vector<std::uint32_t>{1, 2}));
+  TriangleMesh scattered = ball_at(0);
+  scattered.positions.resize(3 << 21);
+  SceneBuilder s;
+  s.add(scattered).add(ball_at(0.5F)).add(ball_at(0));
+  EXPECT_EQ(counts(Bodies::joined(s.build())), (std::vector<std::uint32_t>{1, 2}));
 }
 
 TEST(Bodies, KnowTheirPrimitivesByBothNames) {
@@ -87,7 +99,7 @@ TEST(Bodies, KnowTheirPrimitivesByBothNames) {
       EXPECT_EQ(id.primitive, expected);
       EXPECT_EQ(bodies.of_object(id).object, object);
       EXPECT_EQ(bodies.of_object(id).primitive, primitive);
-      const auto& joined = std::get<TriangleMesh>(*bodies[1].shape);
+      const TriangleMesh joined = bodies.joined_mesh(bodies[1]);
       const auto& own = std::get<TriangleMesh>(scene->shapes[scene->objects[object].shape]);
       for (std::size_t corner = 0; corner < 3; ++corner)
         EXPECT_EQ(joined.positions[joined.triangles[expected][corner]],
@@ -106,12 +118,11 @@ TEST(Bodies, KnowTheirPrimitivesByBothNames) {
 /// Balls of which some are the same, with spheres and instances among them: hits coincide, within a joined mesh and
 /// with what isn't.
 std::shared_ptr<const Scene> coincident_scene() {
+  const Quad wall{{{{-2, -2, 0}, {2, -2, 0}, {2, 2, 0.5F}, {-2, 2, 0}}}};  // not flat
+  const TriangleMesh ball = ball_at(0), other = ball_at(0.5F);
   SceneBuilder b;
-  const std::uint32_t wall = b.shape(Quad{{{{-2, -2, 0}, {2, -2, 0}, {2, 2, 0.5F}, {-2, 2, 0}}}});  // not flat
-  b.place(wall).place(wall);
-  const std::uint32_t ball = b.shape(ball_at(0)), other = b.shape(ball_at(0.5F));
-  b.place(ball).place(other).place(wall).place(ball).add(Sphere{{0, 0, 0}, 0.9F}).place(other).place(ball);
-  b.place(ball, 0, placed({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0})).place(other).place(other);
+  b.add(wall).add(wall).add(ball).add(other).add(wall).add(ball).add(Sphere{{0, 0, 0}, 0.9F}).add(other).add(ball);
+  b.place(b.shape(ball), 0, placed({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0})).add(other).add(other);
   return b.build();
 }
 

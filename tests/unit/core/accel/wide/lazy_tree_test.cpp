@@ -40,7 +40,7 @@ TEST(LazyTree, IsMadeOnceHoweverManyAsk) {
   for (int round = 0; round < kRounds; ++round) {
     const LazyTree tree{};
     EXPECT_EQ(tree.ready(), nullptr);
-    at_once([&](int) { EXPECT_GT(tree.get(mesh, make).nodes.size(), 1U); });
+    at_once([&](int) { EXPECT_GT(tree.get([&] { return make(mesh); }).nodes.size(), 1U); });
     EXPECT_TRUE(tree.ready()->made.was_kept);
   }
   EXPECT_EQ(made, kRounds);
@@ -57,7 +57,7 @@ TEST(LazyTree, IsTriedAgainByTheNextOneWhenMakingItFails) {
     const LazyTree tree{};
     at_once([&](int) {
       try {
-        EXPECT_FALSE(tree.get(mesh, make).nodes.empty());
+        EXPECT_FALSE(tree.get([&] { return make(mesh); }).nodes.empty());
       } catch (const std::runtime_error&) {
         ++failures;
       }

@@ -59,8 +59,8 @@ class Accel {
   /// Whether anything at all lies in the ray's open interval.
   virtual bool occluded(const Ray& ray, TraceLog log = {}) const = 0;
 
-  /// Like `closest`, for a ray that can hit no objects but these (ascending indices): one of the first level, that knows
-  /// what projects into its tile. Whether it may hit others isn't asked.
+  /// Like `closest`, for a ray that can hit no objects but these (ascending indices): one of the first level, that
+  /// knows what projects into its tile. Whether it may hit others isn't asked.
   virtual std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
                                            TraceLog log = {}) const = 0;
 

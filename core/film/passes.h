@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-/// What ended the passes over an image: that every pixel has all of its samples, or very many whose halves are equal everywhere
-/// anywhere; that the error is as small as was asked for; or that the time is over.
+/// What ended the passes over an image: that every pixel has all of its samples, or very many whose halves are equal
+/// everywhere; that the error is as small as was asked for; or that the time is over.
 enum class EndedBy { samples, error, seconds };
 
 /// How far the passes over an image have come.

@@ -391,8 +391,10 @@ bool WideAccel::are_few(std::span<const std::uint32_t> bodies, std::size_t rays)
 }
 
 const WideTree& WideAccel::mesh_tree(const Bodies::Body& body) const {
-  return meshes_[body.hierarchy].get(
-      [&] { return make_(body.shape ? std::get<TriangleMesh>(*body.shape) : bodies_.joined_mesh(body)); });
+  return meshes_[body.hierarchy].get([&] {
+    if (body.shape == nullptr) return make_(bodies_.joined_mesh(body));
+    return make_(std::get<TriangleMesh>(*body.shape));
+  });
 }
 
 bool WideAccel::is_lone_mesh() const {

@@ -13,6 +13,8 @@ struct SurfacePoint {
   /// From `position` to the smooth surface that vertex normals stand for, where that lies farther out on the side the
   /// ray came from: never into the surface. Zero without vertex normals.
   Vec3d to_smooth{};
+  /// What a triangle's second and third corner count for in a mix; the first one has what is left of 1.
+  double second_share = 0, third_share = 0;
 };
 
 }  // namespace tessera

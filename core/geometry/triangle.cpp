@@ -68,6 +68,8 @@ SurfacePoint triangle_surface(const TriangleRay& ray, const Vec3 (&corners)[3], 
   const Vec3d a = to_double(corners[0]), b = to_double(corners[1]), c = to_double(corners[2]);
 
   SurfacePoint out;
+  out.second_share = share[1];
+  out.third_share = share[2];
   out.position = a * share[0] + b * share[1] + c * share[2];
   // Whatever its weights, a mix of corners lies in the triangle's plane, but for roundings. With ε = 2^-53 and m the
   // largest coordinate of the corners along an axis: the shares add up to 1 but for 3·ε, which moves the point by 3·ε·m

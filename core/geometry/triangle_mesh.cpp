@@ -2,6 +2,11 @@
 
 namespace tessera {
 
+std::size_t memory_bytes(const MeshAttributes& attributes) {
+  return sizeof(MeshAttributes) + (attributes.uvs[0].size() + attributes.uvs[1].size()) * sizeof(Vec2) +
+         attributes.tangents.size() * sizeof(Tangent) + attributes.colors.size() * sizeof(attributes.colors[0]);
+}
+
 DroppedTriangles drop_unusable_triangles(TriangleMesh& mesh) {
   DroppedTriangles dropped;
   const auto unusable = [](Vec3 p) { return !(max_component(abs(p)) <= kLargestCoordinate) || !is_finite(p); };

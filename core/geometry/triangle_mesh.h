@@ -1,14 +1,31 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/math/vec.h"
+#include "core/math/vec2.h"
 
 namespace tessera {
 
 using TriangleIndices = std::array<std::uint32_t, 3>;
+
+/// The direction in which u grows, across the normal, not necessarily of length 1. Up in the image, against v, is
+/// sign · (normal × direction), as glTF has it.
+struct Tangent {
+  Vec3 direction;
+  float sign = 1;
+};
+
+/// What textures ask of a mesh's vertices: each list is empty or has one entry per position; all are finite.
+struct MeshAttributes {
+  std::array<std::vector<Vec2>, 2> uvs;
+  std::vector<Tangent> tangents;             ///< Of the first set of uvs.
+  std::vector<std::array<float, 4>> colors;  ///< Linear Rec. 709 and alpha, in 0..1.
+};
 
 /// Indexed triangles, counter-clockwise seen from outside. Valid once `drop_unusable_triangles` has run: every
 /// index in range, every corner finite, no index twice in a triangle. `normals` is empty (flat shading) or has
@@ -17,7 +34,10 @@ struct TriangleMesh {
   std::vector<Vec3> positions;
   std::vector<TriangleIndices> triangles;
   std::vector<Vec3> normals;
+  std::shared_ptr<const MeshAttributes> attributes = {};  ///< Null where it has none.
 };
+
+std::size_t memory_bytes(const MeshAttributes& attributes);
 
 /// What a mesh lost on its way in.
 struct DroppedTriangles {

@@ -4,6 +4,7 @@
 
 #include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
+#include "core/material/surface_at.h"
 #include "core/sampling/warp.h"
 
 namespace tessera {
@@ -56,7 +57,7 @@ void AmbientOcclusion::look() {
       out_.covered[looking_[i].sum] = 0;
       continue;
     }
-    const float alpha = scene_.materials[scene_.objects[hit.object].material].alpha;
+    const float alpha = alpha_at(scene_, scene_.objects[hit.object], hit.primitive, rays_[i]);
     if (alpha >= 1 || looking_[i].numbers.one(dimension(vertex_, Decision::alpha)) < alpha) {
       ask(looking_[i], rays_[i], hit);
       continue;

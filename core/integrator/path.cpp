@@ -6,6 +6,7 @@
 #include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
 #include "core/material/bsdf.h"
+#include "core/material/surface_at.h"
 #include "core/sampling/warp.h"
 
 namespace tessera {
@@ -24,17 +25,19 @@ float mis_weight(float drawn, float other) {
 
 /// A surface that a path has met.
 struct PathTracer::Vertex {
-  Vertex(const SurfacePoint& surface, Vec3 direction, PrimitiveId id, const Material& material)
-      : shading(surface, direction),
+  Vertex(const SurfacePoint& point, Vec3 direction, PrimitiveId id, const Surface& surface, Rgb emitted)
+      : shading(point, direction),
         primitive(id),
-        bsdf(make_bsdf(material, shading.entering)),
+        emission(emitted),
+        bsdf(make_bsdf(surface, shading.entering)),
         frame(basis_around(shading.normal)),
         to_viewer(frame.to_local(shading.to_viewer)),
         light_normal(has_smooth_transmission(bsdf) ? Vec3{} : shading.normal),
-        origin(spawn_origin(surface, to_double(shading.flat_normal))) {}
+        origin(spawn_origin(point, to_double(shading.flat_normal))) {}
 
   Shading shading;
   PrimitiveId primitive;
+  Rgb emission;  ///< On the sides that emit.
   Bsdf bsdf;
   Basis frame;
   Vec3 to_viewer;     ///< In the frame.
@@ -50,6 +53,7 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       sampler_(sampler),
       options_(options),
       has_alpha_(features.alpha),
+      has_textures_(features.textures),
       has_sky_(features.sky),
       has_emitters_(features.emitters),
       counts_(counts),
@@ -118,23 +122,34 @@ PathTracer::Next PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
     add_escaped(path, direction);
     return Next::nothing;
   }
-  const Material& material = scene_.materials[scene_.objects[hit.object].material];
-  const bool passes = has_alpha_ && material.alpha < 1;
+  const Object& object = scene_.objects[hit.object];
+  const Material& material = scene_.materials[object.material];
+  const float alpha = has_alpha_ ? alpha_at(scene_, object, hit.primitive, ray) : 1;
+  const bool passes = alpha < 1;
   // Where the path can only go on behind, both its shares are known, and nothing has to be drawn.
   const bool is_shade = passes && is_black(material.surface);
-  if (passes && !is_shade && path.numbers.one(dimension(vertex_, Decision::alpha)) >= material.alpha)
+  if (passes && !is_shade && path.numbers.one(dimension(vertex_, Decision::alpha)) >= alpha)
     return Next::what_is_behind;
   if (material.emission.is_black() && (is_shade || path.depth == options_.max_depth))
-    return is_shade ? behind(path, material.alpha) : Next::nothing;
-  const Vertex at(world_surface(scene_, hit.object, hit.primitive, ray, hit.t), direction, {hit.object, hit.primitive},
-                  material);
-  if (!material.emission.is_black()) add_emitted(path, at, is_shade ? material.alpha : 1);
-  if (is_shade) return behind(path, material.alpha);
+    return is_shade ? behind(path, alpha) : Next::nothing;
+  const Vertex at = vertex_at(ray, direction, hit);
+  if (!at.emission.is_black()) add_emitted(path, at, is_shade ? alpha : 1);
+  if (is_shade) return behind(path, alpha);
   if (path.depth == options_.max_depth) return Next::nothing;
   path.is_direct = false;
   sample_light(path, at);
   ++path.depth;
   return scatter(path, ray, at) ? Next::its_ray : Next::nothing;
+}
+
+PathTracer::Vertex PathTracer::vertex_at(const Ray& ray, Vec3 direction, const Hit& hit) const {
+  const Object& object = scene_.objects[hit.object];
+  const Material& material = scene_.materials[object.material];
+  SurfacePoint point = world_surface(scene_, hit.object, hit.primitive, ray, hit.t);
+  if (!has_textures_ || !varies(material))
+    return {point, direction, {hit.object, hit.primitive}, material.surface, material.emission};
+  const SurfaceAt at = surface_at(scene_, object, hit.primitive, point);
+  return {point, direction, {hit.object, hit.primitive}, at.surface, at.emission};
 }
 
 PathTracer::Next PathTracer::behind(Path& path, float alpha) {
@@ -157,8 +172,8 @@ void PathTracer::add_escaped(const Path& path, Vec3 direction) {
 void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {
   const Vec3 direction = -at.shading.to_viewer;
   const SurfacePoint& surface = at.shading.surface;
-  Rgb radiance = lights_->emitted(at.primitive, direction, surface.geometric_normal);
-  if (radiance.is_black()) return;
+  if (!at.shading.entering && !scene_.materials[scene_.objects[at.primitive.object].material].emits_both_sides) return;
+  Rgb radiance = at.emission;
   if (path.pdf > 0) {
     // As lights were sampled: the ray may have started on the smooth surface, beside that point.
     const Vec3d way = surface.position - path.from.point;

@@ -58,6 +58,8 @@ class PathTracer final : public Integrator {
 
   void shade();
   Next shade_path(Path& path, Ray& ray, const Hit& hit);
+  /// `direction` is the ray's, unit.
+  Vertex vertex_at(const Ray& ray, Vec3 direction, const Hit& hit) const;
   /// What a black surface that isn't all there lets pass.
   static Next behind(Path& path, float alpha);
   void add_escaped(const Path& path, Vec3 direction);
@@ -73,7 +75,7 @@ class PathTracer final : public Integrator {
   const LightTable* lights_;
   const Sampler& sampler_;
   Options options_;
-  bool has_alpha_;
+  bool has_alpha_, has_textures_;
   bool has_sky_, has_emitters_;  ///< Which rays can meet by chance.
   RayCounts& counts_;
   TraceLog log_;

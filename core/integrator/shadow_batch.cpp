@@ -1,6 +1,7 @@
 #include "core/integrator/shadow_batch.h"
 
 #include "core/integrator/spawn.h"
+#include "core/material/surface_at.h"
 
 namespace tessera {
 
@@ -36,7 +37,7 @@ void ShadowBatch::pass_alpha(const Accel& accel, RayCounts& counts, TraceLog log
       const std::uint32_t ray = passing_[i];
       hidden_[ray] = hits_[i].t < kInfinity;
       if (!hidden_[ray]) continue;
-      const float alpha = scene_.materials[scene_.objects[hits_[i].object].material].alpha;
+      const float alpha = alpha_at(scene_, scene_.objects[hits_[i].object], hits_[i].primitive, passing_rays_[i]);
       if (alpha >= 1) continue;
       lights_[ray].radiance = lights_[ray].radiance * (1 - alpha);
       hidden_[ray] = lights_[ray].radiance.is_black();

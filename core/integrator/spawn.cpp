@@ -33,7 +33,7 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
 
   const Transform& placement = *o.placement;
   const SurfacePoint local = surface(shape, primitive, placement.to_local(ray), t);
-  SurfacePoint world;
+  SurfacePoint world = local;
   world.position = placement.point_to_world(local.position);
   // The local error, carried over, and the float rounding of the next ray's way back into local space.
   const auto& rows = placement.rows();

@@ -6,6 +6,7 @@
 #include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
 #include "core/material/shade.h"
+#include "core/material/surface_at.h"
 
 namespace tessera {
 namespace {
@@ -74,6 +75,7 @@ void Whitted::enter(RaySpan rays, std::span<const Hit> hits, std::span<const Cha
   Level& level = levels_[depth_++];
   level.sums = out;
   level.points.clear();
+  level.varied.clear();
   level.next_light = level.next_spawned = 0;
   for (Spawned& spawned : level.spawned) spawned.clear();
   for (std::uint32_t i = 0; i < rays.size(); ++i) {
@@ -96,7 +98,14 @@ void Whitted::leave() {
 
 /// A tracer is made for each tile, and a scene may have more materials than a tile has pixels: so none is copied that
 /// is Whitted's already, and none converted that no ray meets.
-const WhittedSurface& Whitted::surface_of(std::uint32_t material) {
+const WhittedSurface& Whitted::surface_of(const Ray& ray, const Hit& hit, Level& level) {
+  const Object& object = scene_.objects[hit.object];
+  const std::uint32_t material = object.material;
+  if (varies(scene_.materials[material])) {
+    SurfacePoint point = world_surface(scene_, hit.object, hit.primitive, ray, hit.t);
+    const Surface there = surface_at(scene_, object, hit.primitive, point).surface;
+    return level.varied.emplace_back(whitted_surface(there).value_or(WhittedSurface{}));
+  }
   const Surface& surface = scene_.materials[material].surface;
   if (const auto* own = std::get_if<WhittedSurface>(&surface)) return *own;
   const auto [found, is_new] = converted_.try_emplace(material);
@@ -105,7 +114,7 @@ const WhittedSurface& Whitted::surface_of(std::uint32_t material) {
 }
 
 void Whitted::shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level) {
-  const WhittedSurface& material = surface_of(scene_.objects[hit.object].material);
+  const WhittedSurface& material = surface_of(ray, hit, level);
   const bool spawns =
       depth_ < max_depth_ && chain.most_below > 0 && !(material.reflect.is_black() && material.transmit.is_black());
   LitPoint& point = level.points.emplace_back();

@@ -75,6 +75,7 @@ class Whitted final : public Integrator {
   struct Level {
     std::span<Rgb> sums;
     std::vector<LitPoint> points;
+    std::deque<WhittedSurface> varied;  ///< Those of points whose materials aren't the same all over.
     std::size_t next_light;
     std::array<Spawned, 2> spawned;  ///< By mirrors, and by refraction.
     std::size_t next_spawned;
@@ -83,7 +84,7 @@ class Whitted final : public Integrator {
   void enter(RaySpan rays, std::span<const Hit> hits, std::span<const Chain> chains, std::span<Rgb> out);
   void leave();
   void shade_hit(const Ray& ray, const Hit& hit, const Chain& chain, std::uint32_t sum, Level& level);
-  const WhittedSurface& surface_of(std::uint32_t material);
+  const WhittedSurface& surface_of(const Ray& ray, const Hit& hit, Level& level);
   static void spawn(const WhittedSurface& material, const Shading& at, const LitPoint& point, const Chain& chain,
                     Level& level);
   void trace(Spawned& spawned);

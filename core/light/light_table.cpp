@@ -132,8 +132,8 @@ LightTree LightTable::gather_near() {
     const Object& object = scene_->objects[i];
     const Shape& shape = scene_->shapes[object.shape];
     const Material& material = scene_->materials[object.material];
+    if (!is_lamp(material) || !can_be_sampled(shape)) continue;
     const double radiance = mean(material.emission) * material.alpha;
-    if (!(radiance > 0) || !can_be_sampled(shape)) continue;
     first_[i] = static_cast<std::uint32_t>(sources_.size());
     if (object.placement) errors_[i] = object.placement->error();
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {
@@ -234,12 +234,6 @@ const WorldTriangle* LightTable::triangle_of(std::uint32_t source) const {
   if (source >= triangles_.size() || sources_[source].object == kNone) return nullptr;
   const Shape& shape = scene_->shapes[scene_->objects[sources_[source].object].shape];
   return std::holds_alternative<TriangleMesh>(shape) ? &triangles_[source] : nullptr;
-}
-
-Rgb LightTable::emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const {
-  const Material& material = scene_->materials[scene_->objects[primitive.object].material];
-  const bool front = dot(to_double(direction), geometric_normal) < 0;
-  return front || material.emits_both_sides ? material.emission : Rgb{};
 }
 
 float LightTable::pdf_hit(const Viewpoint& from, Vec3 direction, PrimitiveId primitive, double distance,

@@ -30,9 +30,10 @@ struct LightSample {
 
 /// All lights of a scene that the path tracer knows: point lights that fall off, spots, directional lights, suns, the
 /// environment (or the background), and objects that emit. What is sampled are the lights themselves, and of objects
-/// triangles, quads, spheres and disks, each primitive a light of its own; those without area, and what is black, never
-/// are. Where lights are both near and infinitely far away, each kind is picked about in proportion to the irradiance
-/// from it; one of those far away as `InfiniteLights` says, one of the others by a `LightTree`.
+/// triangles, quads, spheres and disks, each primitive a light of its own, where their emission is the same all over;
+/// those without area, and what is black, never are. Where lights are both near and infinitely far away, each kind is
+/// picked about in proportion to the irradiance from it; one of those far away as `InfiniteLights` says, one of the
+/// others by a `LightTree`.
 ///
 /// Densities are those of the one sample that `sample` gives from the same viewpoint. Immutable, safe from any thread.
 class LightTable {
@@ -66,10 +67,6 @@ class LightTable {
   /// From a point beside the surface that `from` lay on: occluded exactly when something stands between it and the
   /// light; the light itself doesn't. Its direction isn't of length 1.
   Ray shadow_ray(const LightSample& sample, Vec3 origin) const;
-
-  /// What a primitive sends out (W/(sr m²)) against `direction`, that of a ray which meets it where its geometric
-  /// normal is `geometric_normal`.
-  Rgb emitted(PrimitiveId primitive, Vec3 direction, Vec3d geometric_normal) const;
 
   /// The density with which `sample` gives `direction` (unit), in which a ray from there meets the primitive at
   /// `distance`; 0 for one that isn't sampled. Finite.

@@ -27,8 +27,8 @@ namespace tessera {
 using Bsdf = std::variant<WhittedBsdf, DiffuseBsdf, ConductorBsdf, DielectricBsdf, MetallicRoughnessBsdf>;
 
 /// `entering`: the viewer is outside, where the geometric normal points.
-inline Bsdf make_bsdf(const Material& material, bool entering) {
-  return std::visit([&](const auto& surface) -> Bsdf { return bsdf_of(surface, entering); }, material.surface);
+inline Bsdf make_bsdf(const Surface& of, bool entering) {
+  return std::visit([&](const auto& surface) -> Bsdf { return bsdf_of(surface, entering); }, of);
 }
 
 /// What goes from wi to wo, delta lobes apart. Black where wo.z ≤ 0.

@@ -22,7 +22,7 @@ void add(const Material& material, Features& to) {
     to.refraction |= !whitted->transmit.is_black();
   }
   for (const bool entering : {true, false}) {
-    const Bsdf bsdf = make_bsdf(material, entering);
+    const Bsdf bsdf = make_bsdf(material.surface, entering);
     to.rough_surfaces |= has_smooth_lobes(bsdf);
     to.transmission |= has_smooth_transmission(bsdf);
   }
@@ -67,17 +67,17 @@ Features features_of(const Scene& scene) {
     used[object.material] = true;
     const Material& material = scene.materials[object.material];
     const Shape& shape = scene.shapes[object.shape];
-    if (!material.emission.is_black() && material.alpha > 0 && can_be_sampled(shape))
-      features.lights += primitive_count(shape);
+    if (is_lamp(material) && can_be_sampled(shape)) features.lights += primitive_count(shape);
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
     const Material& material = scene.materials[i];
     add(material, features);
     features.emitters |= !material.emission.is_black();
-    features.alpha |= material.alpha < 1;
+    features.alpha |= has_alpha(material);
+    features.textures |= varies(material);
   }
-  if (features.emitters || features.alpha) features.only_whitted = false;
+  if (features.emitters || features.alpha || features.textures) features.only_whitted = false;
   for (const Light& light : scene.lights) add(light, features);
   const bool has_environment = !is_black(environment_of(scene));
   features.lights += has_environment;

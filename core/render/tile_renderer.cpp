@@ -9,6 +9,7 @@
 #include "core/integrator/spawn.h"
 #include "core/integrator/whitted.h"
 #include "core/material/bsdf.h"
+#include "core/material/surface_at.h"
 #include "core/math/float_environment.h"
 #include "core/sampling/warp.h"
 
@@ -185,11 +186,14 @@ void TileRenderer::record_aovs() {
 }
 
 void TileRenderer::record_albedo(std::size_t at, const Ray& ray, const Hit& hit) {
-  const Material& material = context_.scene->materials[context_.scene->objects[hit.object].material];
-  const Shading shading(world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t),
-                        UnitVec3::normalize(ray.direction).value_or(UnitVec3::z()));
+  const Object& object = context_.scene->objects[hit.object];
+  const Material& material = context_.scene->materials[object.material];
+  SurfacePoint point = world_surface(*context_.scene, hit.object, hit.primitive, ray, hit.t);
+  const Surface surface =
+      varies(material) ? surface_at(*context_.scene, object, hit.primitive, point).surface : material.surface;
+  const Shading shading(point, UnitVec3::normalize(ray.direction).value_or(UnitVec3::z()));
   const Vec3 to_viewer = basis_around(shading.normal).to_local(shading.to_viewer);
-  result_.sums.add(Aov::albedo, at, albedo(make_bsdf(material, shading.entering), to_viewer));
+  result_.sums.add(Aov::albedo, at, albedo(make_bsdf(surface, shading.entering), to_viewer));
 }
 
 /// What the rays of a chunk have cost, all of them of one pixel.

@@ -1,6 +1,23 @@
 #include "core/scene/material.h"
 
+#include <algorithm>
+
 namespace tessera {
+
+bool has_texture(const Material& material, TextureSlot slot) {
+  return std::ranges::find(material.textures, slot, &TextureUse::slot) != material.textures.end();
+}
+
+bool alpha_varies(const Material& material) {
+  return material.has_vertex_alpha || has_texture(material, TextureSlot::alpha);
+}
+
+bool has_alpha(const Material& material) { return material.alpha < 1 || alpha_varies(material); }
+
+bool is_lamp(const Material& material) {
+  return !material.emission.is_black() && material.alpha > 0 && !alpha_varies(material) &&
+         !has_texture(material, TextureSlot::emission);
+}
 
 std::optional<WhittedSurface> whitted_surface(const Surface& surface) {
   if (const auto* whitted = std::get_if<WhittedSurface>(&surface)) return *whitted;

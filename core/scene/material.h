@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "core/math/rgb.h"
 
@@ -51,6 +53,32 @@ struct MetallicRoughness {
 
 using Surface = std::variant<WhittedSurface, Diffuse, Conductor, Dielectric, MetallicRoughness>;
 
+/// What a texture says something of. Those that a surface doesn't have are ignored.
+enum class TextureSlot : std::uint8_t {
+  base_color,  ///< Or the colour of `Diffuse` and `Dielectric`, or `WhittedSurface::diffuse`.
+  emission,
+  alpha,
+  metallic,
+  roughness,
+  normal,  ///< In the tangent frame, from 0..1 as -1..1.
+  bump,    ///< A height in units of the mesh.
+  specular,
+  specular_color,
+  transmission,
+  clearcoat,
+  clearcoat_roughness,
+  sheen_color,
+  sheen_roughness
+};
+
+/// What the texture says, times the material's own number: but for normals and heights, which have none.
+struct TextureUse {
+  TextureSlot slot;
+  std::uint32_t texture = 0;  ///< Into `Scene::textures`.
+  std::uint8_t channel = 0;   ///< Of what is a single number; 3 is alpha, 1 where the image has none.
+  float scale = 1;            ///< Of normals, along the surface, and of heights.
+};
+
 /// What an object is made of.
 struct Material {
   Surface surface = Diffuse{};
@@ -58,7 +86,25 @@ struct Material {
   bool emits_both_sides = false;  ///< Otherwise on the side of the geometric normal alone.
   float alpha = 1;                ///< The share of light that meets it; the rest passes as if it weren't there.
                                   ///< Triangles of one mesh that coincide are one layer.
+  float alpha_cutoff = 0;         ///< Where it is above 0, alpha counts as 1 from there on, and as 0 below.
+  bool has_vertex_colors = false;  ///< Its colour is multiplied by that of a mesh's vertices,
+  bool has_vertex_alpha = false;   ///< and its alpha by theirs.
+  std::vector<TextureUse> textures = {};
 };
+
+/// Whether the material isn't the same all over: see core/material/surface_at.h.
+inline bool varies(const Material& material) { return material.has_vertex_colors || !material.textures.empty(); }
+
+bool has_texture(const Material& material, TextureSlot slot);
+
+/// Whether its alpha isn't the same all over.
+bool alpha_varies(const Material& material);
+
+/// Whether some of it may let light pass as if it weren't there.
+bool has_alpha(const Material& material);
+
+/// Whether it sends out light that is the same all over, so that it can be sampled.
+bool is_lamp(const Material& material);
 
 /// The surface as Whitted's: his own, or one that is a special case of it: diffuse, or smooth and dielectric. Nothing
 /// for what he has no rays for; emission and alpha aren't looked at.

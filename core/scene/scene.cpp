@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "core/math/float_environment.h"
@@ -95,14 +96,18 @@ std::vector<Aabb> world_bounds(const Scene& scene) {
 std::size_t memory_bytes(const Scene& scene) {
   std::size_t bytes = sizeof(Scene) + scene.shapes.size() * (sizeof(Shape) + sizeof(Aabb)) +
                       scene.objects.size() * sizeof(Object) + scene.materials.size() * sizeof(Material) +
-                      scene.lights.size() * sizeof(Light);
+                      scene.textures.size() * sizeof(Texture) + scene.lights.size() * sizeof(Light);
   for (const Light& light : scene.lights)
     if (const auto* environment = std::get_if<EnvironmentLight>(&light); environment && environment->map)
       bytes += environment->map->texels.size() * sizeof(Rgb);
   for (const Shape& shape : scene.shapes)
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
       bytes += (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +
-               mesh->triangles.size() * sizeof(TriangleIndices);
+               mesh->triangles.size() * sizeof(TriangleIndices) +
+               (mesh->attributes ? memory_bytes(*mesh->attributes) : 0);
+  std::set<const TextureImage*> images;
+  for (const Texture& texture : scene.textures)
+    if (images.insert(texture.image.get()).second) bytes += texture.image->bytes();
   return bytes;
 }
 

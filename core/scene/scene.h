@@ -13,6 +13,7 @@
 #include "core/scene/camera.h"
 #include "core/scene/light.h"
 #include "core/scene/material.h"
+#include "core/scene/texture.h"
 
 namespace tessera {
 
@@ -45,6 +46,7 @@ struct Scene {
   std::vector<Shape> shapes;
   std::vector<Object> objects;
   std::vector<Material> materials;
+  std::vector<Texture> textures;
   std::vector<Light> lights;
   Rgb background;
   std::optional<Camera> camera;    ///< The scene's own view; a job may bring another.
@@ -76,7 +78,7 @@ Outline world_outline(const Object& object, const Outline& local);
 /// The boxes of all objects.
 std::vector<Aabb> world_bounds(const Scene& scene);
 
-/// Bytes of heap that the scene holds, to a few percent.
+/// Bytes of heap that the scene holds, to a few percent, all textures decoded.
 std::size_t memory_bytes(const Scene& scene);
 
 }  // namespace tessera

@@ -32,7 +32,7 @@ class ShadedPoint {
         accel_(make_accel(scene_, {AccelKind::brute})),
         hit_(accel_->closest(ray).value()),
         shading_(world_surface(*scene_, hit_.object, hit_.primitive, ray, hit_.t), ray.direction),
-        bsdf_(make_bsdf(scene_->materials[scene_->objects[hit_.object].material], shading_.entering)),
+        bsdf_(make_bsdf(scene_->materials[scene_->objects[hit_.object].material].surface, shading_.entering)),
         frame_(basis_around(shading_.normal)) {}
 
   enum class Way { lights, surface, both };
@@ -78,7 +78,7 @@ class ShadedPoint {
     double pdf = 0;
     if (hit) {
       const SurfacePoint there = world_surface(*scene_, hit->object, hit->primitive, ray, hit->t);
-      radiance = lights_.emitted({hit->object, hit->primitive}, direction, there.geometric_normal);
+      radiance = emitted(*scene_, hit->object, direction, there.geometric_normal);
       pdf = lights_.pdf_hit(lights_.viewpoint(shading_.surface.position, {}), direction, {hit->object, hit->primitive},
                             length(there.position - shading_.surface.position), there.geometric_normal);
     } else {

@@ -106,8 +106,84 @@ std::string read(const char* name, std::span<const std::byte> file, std::uint64_
   return {};
 }
 
+/// As many as `Texels` may have.
+constexpr int kMostChannels = 4;
+
+/// Bytes of a texel's number: what has more than 8 bits is kept in 16, or as a float.
+std::uint32_t depth_of(const OIIO::ImageSpec& spec) {
+  if (spec.format.is_floating_point() || spec.format.size() > 2) return sizeof(float);
+  return static_cast<std::uint32_t>(spec.format.size());
+}
+
+std::string measure(const char* name, std::span<const std::byte> file, ImageHeader& header) {
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
+  const auto in = OIIO::ImageInput::open(name, nullptr, &memory);
+  if (!in) return OIIO::geterror();
+  const OIIO::ImageSpec spec = in->spec();
+  if (spec.deep || spec.depth > 1) return "It isn't a flat picture.";
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) return "It has no texels.";
+  header.width = static_cast<std::uint32_t>(spec.width);
+  header.height = static_cast<std::uint32_t>(spec.height);
+  header.bytes_a_texel = static_cast<std::uint32_t>(std::min(spec.nchannels, kMostChannels)) * depth_of(spec);
+  return {};
+}
+
+template <typename T>
+std::string read_values(OIIO::ImageInput& in, OIIO::TypeDesc type, std::size_t count, Texels& texels) {
+  std::vector<T> values(count);
+  if (!in.read_image(0, 0, 0, static_cast<int>(texels.channels), type, values.data())) return in.geterror();
+  texels.values = std::move(values);
+  return {};
+}
+
+std::string read_texture(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes, Texels& texels) {
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
+  OIIO::ImageSpec as_it_is;
+  as_it_is.attribute("oiio:UnassociatedAlpha", 1);
+  const auto in = OIIO::ImageInput::open(name, &as_it_is, &memory);
+  if (!in) return OIIO::geterror();
+  const OIIO::ImageSpec spec = in->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) return "It has no texels.";
+  Texels read{static_cast<std::uint32_t>(spec.width),
+              static_cast<std::uint32_t>(spec.height),
+              static_cast<std::uint32_t>(std::min(spec.nchannels, kMostChannels)),
+              {}};
+  const std::uint64_t count = std::uint64_t{read.width} * read.height * read.channels;
+  const std::uint32_t depth = depth_of(spec);
+  if (count > most_bytes / depth) return "Its texels are more than its header says.";
+  std::string problem;
+  if (depth == 1)
+    problem = read_values<std::uint8_t>(*in, OIIO::TypeDesc::UINT8, count, read);
+  else if (depth == 2)
+    problem = read_values<std::uint16_t>(*in, OIIO::TypeDesc::UINT16, count, read);
+  else
+    problem = read_values<float>(*in, OIIO::TypeDesc::FLOAT, count, read);
+  if (problem.empty()) texels = std::move(read);
+  return problem;
+}
+
 }  // namespace
 }  // namespace tessera
+
+__attribute__((visibility("default"))) void tessera_oiio_measure(const char* name, std::span<const std::byte> file,
+                                                                 tessera::ImageHeader& header,
+                                                                 std::string& problem) try {
+  problem = tessera::measure(name, file, header);
+} catch (const std::bad_alloc&) {
+  throw;
+} catch (const std::exception& error) {
+  problem = error.what();
+}
+
+__attribute__((visibility("default"))) void tessera_oiio_read_texture(const char* name, std::span<const std::byte> file,
+                                                                      std::uint64_t most_bytes, tessera::Texels& texels,
+                                                                      std::string& problem) try {
+  problem = tessera::read_texture(name, file, most_bytes, texels);
+} catch (const std::bad_alloc&) {
+  throw;
+} catch (const std::exception& error) {
+  problem = error.what();
+}
 
 __attribute__((visibility("default"))) void tessera_oiio_read(const char* name, std::span<const std::byte> file,
                                                               std::uint64_t most_bytes, tessera::EnvironmentMap& map,

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/io/image_format.h"
+#include "core/io/image_header.h"
 #include "core/io/raster.h"
 #include "core/scene/light.h"
+#include "core/scene/texture.h"
 
 extern "C" {
 
@@ -25,4 +27,14 @@ void tessera_oiio_write(tessera::ImageFormat format, const tessera::Raster& rast
 /// `read_environment`, but for what the texels are. Throws std::bad_alloc.
 void tessera_oiio_read(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes,
                        tessera::EnvironmentMap& map, std::string& problem);
+
+/// Fills in the sizes of a file whose format `name` tells, or assigns to `problem` what is wrong with it. Throws
+/// std::bad_alloc.
+void tessera_oiio_measure(const char* name, std::span<const std::byte> file, tessera::ImageHeader& header,
+                          std::string& problem);
+
+/// Reads a file whose format `name` tells into `texels`, at the depth that it has, or assigns to `problem` what is
+/// wrong with it, as when it takes more than `most_bytes`. Throws std::bad_alloc.
+void tessera_oiio_read_texture(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes,
+                               tessera::Texels& texels, std::string& problem);
 }

@@ -68,18 +68,24 @@ inline std::optional<Met> meet(const Scene& scene, Vec3 origin, Vec3 direction) 
   return Met{*nearest, t, world_surface(scene, nearest->object, nearest->primitive, ray, t).geometric_normal};
 }
 
+/// What an object sends out against `direction` where its geometric normal is `normal`.
+inline Rgb emitted(const Scene& scene, std::uint32_t object, Vec3 direction, Vec3d normal) {
+  const Material& material = scene.materials[scene.objects[object].material];
+  return dot(to_double(direction), normal) < 0 || material.emits_both_sides ? material.emission : Rgb{};
+}
+
 /// The density that a table claims for a direction: of what a ray meets there, or of what lies behind all.
 inline double claimed_pdf(const LightTable& table, const Scene& scene, Vec3 from, Vec3 normal, Vec3 direction) {
   const auto met = meet(scene, from, direction);
   if (!met) return table.escaped(table.viewpoint(to_double(from), normal), direction).pdf;
-  if (table.emitted(met->primitive, direction, met->normal).is_black()) return 0;
+  if (emitted(scene, met->primitive.object, direction, met->normal).is_black()) return 0;
   return table.pdf_hit(table.viewpoint(to_double(from), normal), direction, met->primitive, met->distance, met->normal);
 }
 
 /// The radiance that a direction really brings.
 inline Rgb seen(const LightTable& table, const Scene& scene, Vec3 from, Vec3 direction) {
   const auto met = meet(scene, from, direction);
-  return met ? table.emitted(met->primitive, direction, met->normal)
+  return met ? emitted(scene, met->primitive.object, direction, met->normal)
              : table.escaped(table.viewpoint(to_double(from), {}), direction).radiance;
 }
 

@@ -19,7 +19,7 @@ struct BsdfCase {
   bool is_reciprocal = true;  ///< f(wo, wi) = f(wi, wo); else so but for a factor of wo.
   bool keeps_energy = true;   ///< No more comes back than came.
 
-  Bsdf bsdf() const { return make_bsdf(material, entering); }
+  Bsdf bsdf() const { return make_bsdf(material.surface, entering); }
 };
 
 /// At least one example of every alternative of `Surface`: all that is said of BSDFs in general is tested on these.

@@ -66,7 +66,7 @@ Bsdf any_bsdf(Random& random) {
     default:
       m.surface = MetallicRoughness{color(), unit(), unit()};
   }
-  return make_bsdf(m, random.bits() % 2 == 0);
+  return make_bsdf(m.surface, random.bits() % 2 == 0);
 }
 
 TEST(Bsdf, EveryKindHasExamples) {
@@ -180,7 +180,7 @@ TEST(Bsdf, WhatPassesIsReciprocalByTheSquareOfEta) {
   for (const float ior : {0.5F, 0.8F, 1.1F, 1.5F, 3.0F})
     for (const float roughness : {0.3F, 0.6F, 1.0F}) {
       const Material glass{.surface = Dielectric{ior, roughness}};
-      const Bsdf outside = make_bsdf(glass, true), inside = make_bsdf(glass, false);
+      const Bsdf outside = make_bsdf(glass.surface, true), inside = make_bsdf(glass.surface, false);
       int seen = 0;
       for (int i = 0; i < 3000; ++i) {
         Random random(i);

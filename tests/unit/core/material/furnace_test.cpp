@@ -64,7 +64,7 @@ struct Furnace {
 TEST(Furnace, WhiteMetalGivesBackAll) {
   for (const float roughness : kRoughnesses) {
     Furnace furnace;
-    furnace.add(make_bsdf({.surface = Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}, roughness}}, true));
+    furnace.add(make_bsdf(Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}, roughness}, true));
     EXPECT_LE(furnace.worst, 2.5e-3) << roughness;
   }
 }
@@ -74,9 +74,9 @@ TEST(Furnace, WhiteGlassGivesBackAllOrLetsItPass) {
     Furnace usual, any;
     for (const bool entering : {true, false}) {
       for (const float ior : {1.2F, 1.33F, 1.5F, 1.8F, 2.4F})
-        usual.add(make_bsdf({.surface = Dielectric{ior, roughness}}, entering));
+        usual.add(make_bsdf(Dielectric{ior, roughness}, entering));
       for (const float ior : {1e-3F, 0.1F, 0.5F, 0.9F, 1.0F, 1.02F, 1.1F, 4.0F, 30.0F})
-        any.add(make_bsdf({.surface = Dielectric{ior, roughness}}, entering));
+        any.add(make_bsdf(Dielectric{ior, roughness}, entering));
     }
     EXPECT_LE(usual.worst, 1e-2) << roughness;
     EXPECT_LE(usual.mean(), 2e-3) << roughness;
@@ -89,7 +89,7 @@ TEST(Furnace, AWhiteCoatedBaseGivesBackAllAtAnyMetallic) {
   for (const float roughness : kRoughnesses)
     for (const float metallic : {0.0F, 0.3F, 1.0F}) {
       Furnace furnace;
-      furnace.add(make_bsdf({.surface = MetallicRoughness{{1, 1, 1}, metallic, roughness}}, true));
+      furnace.add(make_bsdf(MetallicRoughness{{1, 1, 1}, metallic, roughness}, true));
       EXPECT_LE(furnace.worst, 5e-3) << roughness << ' ' << metallic;
     }
 }
@@ -138,7 +138,7 @@ double through_sphere(const Material& material, Vec3 wo, Random& random) {
   double throughput = 1;
   bool outside = true;
   for (int depth = 0; depth < 100'000; ++depth) {
-    const auto s = draw(make_bsdf(material, outside), wo, random);
+    const auto s = draw(make_bsdf(material.surface, outside), wo, random);
     if (!s) return 0;
     throughput *= s->weight.g;
     if (s->transmits) outside = !outside;
@@ -160,10 +160,9 @@ TEST(Furnace, Stress58_WhiteGlassAndMirrorsAreInvisible) {
     }
   const WhittedSurface mirror{.diffuse = {}, .reflect = {1, 1, 1}};
   for (const double cos_theta : kAngles) {
-    EXPECT_EQ(seen(make_bsdf({.surface = mirror}, true), at_angle(cos_theta), even_light), 1);
-    EXPECT_NEAR(
-        seen(make_bsdf({.surface = Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}}}, true), at_angle(cos_theta), even_light),
-        1, 1e-3);
+    EXPECT_EQ(seen(make_bsdf(mirror, true), at_angle(cos_theta), even_light), 1);
+    EXPECT_NEAR(seen(make_bsdf(Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}}, true), at_angle(cos_theta), even_light), 1,
+                1e-3);
   }
 }
 
@@ -186,7 +185,7 @@ TEST(Furnace, Stress69_AClearPane) {
   for (const float ior : {1.1F, 1.5F, 2.4F}) {
     const Material glass{.surface = Dielectric{ior}};
     const auto part = [&](bool from_outside, bool passes) {
-      const auto s = sample(make_bsdf(glass, from_outside), {0, 0, 1}, passes ? 0x1.fffffep-1F : 0, {0.5F, 0.5F});
+      const auto s = sample(make_bsdf(glass.surface, from_outside), {0, 0, 1}, passes ? 0x1.fffffep-1F : 0, {0.5F, 0.5F});
       EXPECT_EQ(s->transmits, passes);
       return double{s->weight.g} * s->pdf;
     };
@@ -213,8 +212,8 @@ TEST(Furnace, Stress76_RoughTendsToSmooth) {
     for (std::size_t i = 0; i < smooth.size(); ++i)
       for (const double cos_theta : {1.0, 0.7, 0.4, 0.1}) {
         const Vec3 wo = at_angle(cos_theta);
-        const double want = seen(make_bsdf({.surface = smooth[i]}, true), wo, uneven_light);
-        const double got = seen(make_bsdf({.surface = rough[i]}, true), wo, uneven_light);
+        const double want = seen(make_bsdf(smooth[i], true), wo, uneven_light);
+        const double got = seen(make_bsdf(rough[i], true), wo, uneven_light);
         // Either side of the switch, at the roughness where it is.
         const bool is_at_the_switch = roughness >= 0.0099F && roughness < 0.02F;
         EXPECT_NEAR(got, want, (is_at_the_switch ? 0.002 : 0.01) * want)
@@ -228,7 +227,7 @@ TEST(Furnace, WithoutADifferenceInIndexLightPassesStraight) {
     for (int i = 0; i < 100; ++i) {
       Random random(i);
       const Vec3 wo = at_angle(random.uniform(1e-6, 1));
-      const auto s = draw(make_bsdf({.surface = Dielectric{1, roughness}}, true), wo, random);
+      const auto s = draw(make_bsdf(Dielectric{1, roughness}, true), wo, random);
       ASSERT_TRUE(s && s->is_delta && s->transmits);
       EXPECT_EQ(s->wi, -wo);
       EXPECT_EQ(s->weight, Rgb({1, 1, 1}));

@@ -32,7 +32,7 @@ Vec3 random_up(Random& random) { return at_angle(random.uniform(0.01, 1), random
 
 TEST(WhittedSurface, IsShadesFormulaToTheBit) {
   const WhittedSurface surface{.diffuse = {0.2F, 0.5F, 0.7F}, .specular = {0.9F, 0.8F, 0.7F}, .shininess = 17};
-  const Bsdf bsdf = make_bsdf({.surface = surface}, true);
+  const Bsdf bsdf = make_bsdf(surface, true);
   for (int i = 0; i < 1000; ++i) {
     Random random(i);
     const Vec3 wo = random_up(random), wi = random_up(random);
@@ -50,7 +50,7 @@ TEST(WhittedSurface, ItsDeltasAreWhatWhittedTraces) {
                                  .fresnel = i % 2 == 0};
     const bool entering = random.bits() % 2 == 0;
     const float eta = entering ? surface.ior : 1 / surface.ior;
-    const Bsdf bsdf = make_bsdf({.surface = surface}, entering);
+    const Bsdf bsdf = make_bsdf(surface, entering);
     const Vec3 wo = random_up(random);
     const float reflected = surface.fresnel ? fresnel(-wo, kUp, eta) : 1;
 
@@ -74,7 +74,7 @@ TEST(Conductor, SmoothIsAMirrorThatFresnelDims) {
   const Conductor gold{{0.143F, 0.375F, 1.442F}, {3.983F, 2.386F, 1.603F}};
   for (const double cos_theta : {1.0, 0.5, 0.01}) {
     const Vec3 wo = at_angle(cos_theta);
-    const auto s = sample(make_bsdf({.surface = gold}, true), wo, 0.5F, {0.5F, 0.5F});
+    const auto s = sample(make_bsdf(gold, true), wo, 0.5F, {0.5F, 0.5F});
     ASSERT_TRUE(s && s->is_delta);
     EXPECT_EQ(s->wi, Vec3({-wo.x, -wo.y, wo.z}));
     EXPECT_EQ(s->weight, conductor_fresnel(wo.z, gold.eta, gold.k));
@@ -88,7 +88,7 @@ TEST(Dielectric, SmoothReflectsAndRefractsByFresnelAndScalesRadiance) {
     const auto ior = static_cast<float>(random.uniform(0.4, 2.5));
     const bool entering = random.bits() % 2 == 0;
     const float eta = entering ? ior : 1 / ior;
-    const Bsdf bsdf = make_bsdf({.surface = Dielectric{ior, 0, tint}}, entering);
+    const Bsdf bsdf = make_bsdf(Dielectric{ior, 0, tint}, entering);
     const Vec3 wo = random_up(random);
     const float reflected = fresnel(-wo, kUp, eta);
 
@@ -111,7 +111,7 @@ TEST(Dielectric, BlackGlassOnlyReflects) {
   for (const float roughness : {0.0F, 0.5F})
     for (int i = 0; i < 200; ++i) {
       Random random(i);
-      const auto s = draw(make_bsdf({.surface = Dielectric{1.5F, roughness, {}}}, true), random_up(random), random);
+      const auto s = draw(make_bsdf(Dielectric{1.5F, roughness, {}}, true), random_up(random), random);
       EXPECT_FALSE(s && s->transmits);
     }
 }
@@ -128,7 +128,7 @@ double appendix_highlight(Vec3 wo, Vec3 wi, double roughness, double f0) {
 TEST(MetallicRoughness, MetalIsTheAppendixButForWhatScattersTwice) {
   const Rgb base{0.9F, 0.5F, 0.1F};
   for (const float roughness : {0.2F, 0.5F, 1.0F}) {
-    const Bsdf bsdf = make_bsdf({.surface = MetallicRoughness{base, 1, roughness}}, true);
+    const Bsdf bsdf = make_bsdf(MetallicRoughness{base, 1, roughness}, true);
     for (int i = 0; i < 300; ++i) {
       Random random(i);
       const Vec3 wo = random_up(random), wi = random_up(random);
@@ -146,7 +146,7 @@ TEST(MetallicRoughness, MetalIsTheAppendixButForWhatScattersTwice) {
 TEST(MetallicRoughness, PlasticIsCloseToTheAppendix) {
   const double base = 0.6;
   for (const float roughness : {0.3F, 0.6F}) {
-    const Bsdf bsdf = make_bsdf({.surface = MetallicRoughness{Rgb{1, 1, 1} * 0.6F, 0, roughness}}, true);
+    const Bsdf bsdf = make_bsdf(MetallicRoughness{Rgb{1, 1, 1} * 0.6F, 0, roughness}, true);
     for (int i = 0; i < 300; ++i) {
       Random random(i);
       const Vec3 wo = at_angle(random.uniform(0.6, 1)), wi = at_angle(random.uniform(0.6, 1), random.uniform(0, 6));
@@ -160,7 +160,7 @@ TEST(MetallicRoughness, PlasticIsCloseToTheAppendix) {
 }
 
 TEST(MetallicRoughness, SmoothIsAMirrorOverABase) {
-  const Bsdf bsdf = make_bsdf({.surface = MetallicRoughness{{0.8F, 0.4F, 0.2F}, 0, 0}}, true);
+  const Bsdf bsdf = make_bsdf(MetallicRoughness{{0.8F, 0.4F, 0.2F}, 0, 0}, true);
   const auto s = sample(bsdf, kUp, kFirst, {0.5F, 0.5F});
   ASSERT_TRUE(s && s->is_delta);
   EXPECT_EQ(s->wi, kUp);

@@ -1,0 +1,65 @@
+#include "core/io/read_texture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/io/exr_header.h"
+#include "core/io/image_header.h"
+#include "core/io/oiio/load_module.h"
+#include "core/io/oiio/oiio_module.h"
+#include "core/scene/light.h"
+
+namespace tessera {
+namespace {
+
+std::string too_large(const ImageHeader& header) {
+  return "Its " + std::to_string(header.width) + " × " + std::to_string(header.height) +
+         " texels take more memory than there may be.";
+}
+
+/// Numbers that no colour can be are 0.
+std::size_t mend(std::vector<float>& values) {
+  std::size_t mended = 0;
+  for (float& value : values) {
+    if (std::abs(value) <= kLargestLight) continue;
+    value = 0;
+    ++mended;
+  }
+  return mended;
+}
+
+TextureImage::Decoded decode(const ImageFile& file, const char* name, std::uint64_t most_bytes) {
+  static const auto kRead = oiio_function<decltype(&tessera_oiio_read_texture)>("tessera_oiio_read_texture");
+  TextureImage::Decoded decoded;
+  kRead(name, *file, most_bytes, decoded.texels, decoded.problem);
+  if (!decoded.problem.empty()) return decoded;
+  if (auto* floats = std::get_if<std::vector<float>>(&decoded.texels.values))
+    if (const std::size_t mended = mend(*floats); mended > 0)
+      decoded.problem = std::to_string(mended) + " of its numbers are NaN or beyond 1e18, and count as 0.";
+  return decoded;
+}
+
+}  // namespace
+
+std::variant<std::shared_ptr<const TextureImage>, std::string> open_texture(ImageFile file, std::uint64_t most_bytes) {
+  const auto read = read_image_header(*file);
+  if (const auto* why = std::get_if<std::string>(&read)) return *why;
+  auto header = std::get<ImageHeader>(read);
+  const std::string_view name = header.name;
+  if (name == "texture.exr")
+    if (auto why = exr_header_problem(*file, most_bytes / sizeof(float))) return *std::move(why);
+  if (header.width == 0) {
+    static const auto kMeasure = oiio_function<decltype(&tessera_oiio_measure)>("tessera_oiio_measure");
+    std::string problem;
+    kMeasure(header.name, *file, header, problem);
+    if (!problem.empty()) return problem;
+  }
+  const std::uint64_t texels = std::uint64_t{header.width} * header.height;
+  if (texels > most_bytes / header.bytes_a_texel) return too_large(header);
+  const auto bytes = static_cast<std::size_t>(texels * header.bytes_a_texel);
+  return std::make_shared<const TextureImage>(
+      bytes, [file = std::move(file), name = header.name, bytes] { return decode(file, name, bytes); });
+}
+
+}  // namespace tessera

@@ -1,0 +1,255 @@
+#include "core/material/surface_at.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+#include "core/geometry/triangle.h"
+#include "core/material/texture_lookup.h"
+
+namespace tessera {
+namespace {
+
+/// Of a triangle, at one point.
+struct Attributes {
+  const TriangleMesh& mesh;
+  TriangleIndices corners;
+  std::array<float, 3> share;
+
+  Attributes(const TriangleMesh& of, std::uint32_t primitive, double second, double third)
+      : mesh(of),
+        corners(of.triangles[primitive]),
+        share{static_cast<float>(1 - second - third), static_cast<float>(second), static_cast<float>(third)} {}
+
+  Vec2 uv_of(std::size_t corner, std::uint8_t set) const {
+    if (!mesh.attributes || mesh.attributes->uvs[set].empty()) return {};
+    return mesh.attributes->uvs[set][corners[corner]];
+  }
+
+  Vec2 uv(std::uint8_t set) const {
+    const Vec2 a = uv_of(0, set), b = uv_of(1, set), c = uv_of(2, set);
+    return {a.x * share[0] + b.x * share[1] + c.x * share[2], a.y * share[0] + b.y * share[1] + c.y * share[2]};
+  }
+
+  Rgba color() const {
+    if (!mesh.attributes || mesh.attributes->colors.empty()) return {1, 1, 1, 1};
+    const auto& colors = mesh.attributes->colors;
+    Rgba out{};
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 4; ++k) out[k] += colors[corners[i]][k] * share[i];
+    return out;
+  }
+};
+
+/// Looks textures up; one that several slots share, once in a row.
+class Lookups {
+ public:
+  Lookups(const Scene& scene, const Attributes& at) : scene_(scene), at_(at) {}
+
+  const Rgba& operator[](std::uint32_t texture) {
+    if (texture != last_) {
+      const Texture& of = scene_.textures[texture];
+      value_ = look_up(of, at_.uv(of.uv_set));
+      last_ = texture;
+    }
+    return value_;
+  }
+
+ private:
+  const Scene& scene_;
+  const Attributes& at_;
+  std::uint32_t last_ = 0xFFFFFFFF;
+  Rgba value_{};
+};
+
+const TriangleMesh* mesh_of(const Scene& scene, const Object& object) {
+  return std::get_if<TriangleMesh>(&scene.shapes[object.shape]);
+}
+
+Rgb color_of(const Rgba& texel) { return {texel[0], texel[1], texel[2]}; }
+
+Rgb* color_of(Surface& surface) {
+  return std::visit(
+      [](auto& s) -> Rgb* {
+        using S = std::decay_t<decltype(s)>;
+        if constexpr (std::is_same_v<S, WhittedSurface>)
+          return &s.diffuse;
+        else if constexpr (requires { s.base_color; })
+          return &s.base_color;
+        else if constexpr (requires { s.color; })
+          return &s.color;
+        else
+          return nullptr;
+      },
+      surface);
+}
+
+void scale(Rgb* color, Rgb by) {
+  if (color) *color = *color * by;
+}
+
+float* number_of(Surface& surface, TextureSlot slot) {
+  return std::visit(
+      [&](auto& s) -> float* {
+        if constexpr (requires { s.metallic; })
+          if (slot == TextureSlot::metallic) return &s.metallic;
+        if constexpr (requires { s.roughness; })
+          if (slot == TextureSlot::roughness) return &s.roughness;
+        return nullptr;
+      },
+      surface);
+}
+
+/// The directions, in the mesh's space, in which u and v grow, per unit of each; nothing where the texture has no area
+/// on the triangle.
+struct UvAxes {
+  Vec3d u, v;
+};
+std::optional<UvAxes> uv_axes(const Attributes& at, std::uint8_t set) {
+  const Vec2 a = at.uv_of(0, set), b = at.uv_of(1, set), c = at.uv_of(2, set);
+  const double du1 = double{b.x} - a.x, dv1 = double{b.y} - a.y, du2 = double{c.x} - a.x, dv2 = double{c.y} - a.y;
+  const double area = du1 * dv2 - du2 * dv1;
+  if (!(std::abs(area) > 0)) return std::nullopt;
+  const auto position = [&](std::size_t i) { return to_double(at.mesh.positions[at.corners[i]]); };
+  const Vec3d ab = position(1) - position(0), ac = position(2) - position(0);
+  return UvAxes{(ab * dv2 - ac * dv1) / area, (ac * du1 - ab * du2) / area};
+}
+
+/// A direction of the mesh, in the world, across `normal`, unit; nothing where it lies along it.
+std::optional<Vec3d> across(const Object& object, Vec3d direction, Vec3d normal) {
+  if (object.placement) {
+    const auto& m = object.placement->rows();
+    direction = {dot({m[0], m[1], m[2]}, direction), dot({m[4], m[5], m[6]}, direction),
+                 dot({m[8], m[9], m[10]}, direction)};
+  }
+  const Vec3d flat = direction - normal * dot(direction, normal);
+  const double most = max_component(abs(flat));
+  if (!(most > 1e-9 * max_component(abs(direction)))) return std::nullopt;
+  const Vec3d scaled = flat / most;
+  return scaled / length(scaled);
+}
+
+double sign_of(double v) { return v < 0 ? -1 : 1; }
+
+bool is_mirrored(const Object& object) {
+  if (!object.placement) return false;
+  const auto& m = object.placement->rows();
+  return dot(cross(Vec3d{m[0], m[4], m[8]}, Vec3d{m[1], m[5], m[9]}), {m[2], m[6], m[10]}) < 0;
+}
+
+/// To the right in the image, and up; unit, across the normal.
+struct Frame {
+  Vec3d right, up;
+};
+std::optional<Frame> frame_at(const Object& object, const Attributes& at, std::uint8_t set, Vec3d normal) {
+  const bool mirrored = is_mirrored(object);
+  if (set == 0 && at.mesh.attributes && !at.mesh.attributes->tangents.empty()) {
+    Vec3d direction{};
+    double sign = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Tangent& tangent = at.mesh.attributes->tangents[at.corners[i]];
+      direction = direction + to_double(tangent.direction) * double{at.share[i]};
+      sign += double{tangent.sign} * at.share[i];
+    }
+    if (const auto tangent = across(object, direction, normal))
+      return Frame{*tangent, cross(normal, *tangent) * (sign_of(sign) * (mirrored ? -1 : 1))};
+  }
+  const auto axes = uv_axes(at, set);
+  if (!axes) return std::nullopt;
+  const auto tangent = across(object, axes->u, normal), v = across(object, axes->v, normal);
+  if (!tangent || !v) return std::nullopt;
+  const Vec3d up = cross(normal, *tangent);
+  return Frame{*tangent, up * -sign_of(dot(up, *v))};
+}
+
+void turn(SurfacePoint& point, const Frame& frame, double right, double up, double out) {
+  const Vec3d turned = frame.right * right + frame.up * up + point.shading_normal * out;
+  const double most = max_component(abs(turned));
+  if (!(most > 0) || !(out > 0)) return;
+  const Vec3d scaled = turned / most;
+  point.shading_normal = scaled / length(scaled);
+  point.to_smooth = {};
+}
+
+void apply_normal_map(const Object& object, const Attributes& at, const TextureUse& use, std::uint8_t set,
+                      const Rgba& texel, SurfacePoint& point) {
+  const double x = (2.0 * texel[0] - 1) * use.scale, y = (2.0 * texel[1] - 1) * use.scale, z = 2.0 * texel[2] - 1;
+  if (const auto frame = frame_at(object, at, set, point.shading_normal)) turn(point, *frame, x, y, z);
+}
+
+/// Blinn's (1978), by differences from texel to texel.
+void apply_bump_map(const Object& object, const Attributes& at, const TextureUse& use, const Texture& texture,
+                    SurfacePoint& point) {
+  const auto axes = uv_axes(at, texture.uv_set);
+  const auto frame = frame_at(object, at, texture.uv_set, point.shading_normal);
+  if (!axes || !frame) return;
+  const Vec2 uv = at.uv(texture.uv_set);
+  const float du = 1 / static_cast<float>(texture.image->texels().width),
+              dv = 1 / static_cast<float>(texture.image->texels().height);
+  const auto height = [&](float u, float v) { return double{look_up(texture, {u, v})[use.channel]} * use.scale; };
+  const double here = height(uv.x, uv.y);
+  const double slope_u = (height(uv.x + du, uv.y) - here) / du / length(axes->u);
+  const double slope_v = (height(uv.x, uv.y + dv) - here) / dv / length(axes->v);
+  turn(point, *frame, -slope_u, slope_v, 1);
+}
+
+}  // namespace
+
+SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t primitive, SurfacePoint& point) {
+  const Material& material = scene.materials[object.material];
+  SurfaceAt out{material.surface, material.emission};
+  const TriangleMesh* mesh = mesh_of(scene, object);
+  if (!mesh) return out;
+  const Attributes at(*mesh, primitive, point.second_share, point.third_share);
+  Lookups lookups(scene, at);
+  if (material.has_vertex_colors) scale(color_of(out.surface), color_of(at.color()));
+  for (const TextureUse& use : material.textures) {
+    switch (use.slot) {
+      case TextureSlot::alpha:
+        break;  // for alpha_at
+      case TextureSlot::base_color:
+        scale(color_of(out.surface), color_of(lookups[use.texture]));
+        break;
+      case TextureSlot::emission:
+        out.emission = out.emission * color_of(lookups[use.texture]);
+        break;
+      case TextureSlot::normal:
+        apply_normal_map(object, at, use, scene.textures[use.texture].uv_set, lookups[use.texture], point);
+        break;
+      case TextureSlot::bump:
+        apply_bump_map(object, at, use, scene.textures[use.texture], point);
+        break;
+      default:
+        if (float* number = number_of(out.surface, use.slot)) *number *= lookups[use.texture][use.channel];
+    }
+  }
+  return out;
+}
+
+float alpha_at(const Scene& scene, const Object& object, std::uint32_t primitive, const Ray& ray) {
+  const Material& material = scene.materials[object.material];
+  float alpha = material.alpha;
+  const TriangleMesh* mesh = alpha_varies(material) ? mesh_of(scene, object) : nullptr;
+  if (mesh) {
+    const Ray local = object.placement ? object.placement->to_local(ray) : ray;
+    const TriangleIndices& i = mesh->triangles[primitive];
+    const Vec3 a = mesh->positions[i[0]], b = mesh->positions[i[1]], c = mesh->positions[i[2]];
+    const TriangleRay seen(local);
+    const TriangleWeights w =
+        crossing(seen, seen.see(a), seen.see(b), seen.see(c), a, b, c).value_or(TriangleWeights{1, 1, 1});
+    const Attributes at(*mesh, primitive, w.b / w.sum(), w.c / w.sum());
+    if (material.has_vertex_alpha) alpha *= at.color()[3];
+    for (const TextureUse& use : material.textures) {
+      if (use.slot != TextureSlot::alpha) continue;
+      const Texture& texture = scene.textures[use.texture];
+      alpha *= look_up(texture, at.uv(texture.uv_set))[use.channel];
+    }
+  }
+  if (material.alpha_cutoff > 0) return alpha >= material.alpha_cutoff ? 1 : 0;
+  return std::min(alpha, 1.0F);
+}
+
+}  // namespace tessera

@@ -1,0 +1,101 @@
+#include "core/material/texture_lookup.h"
+
+#include <cmath>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/math/portable.h"
+
+namespace tessera {
+namespace {
+
+/// sRGB's curve backwards (IEC 61966-2-1): from an encoded value in 0..1 to linear light.
+float linear_of(double encoded) {
+  if (encoded <= 0.04045) return static_cast<float>(encoded / 12.92);
+  return static_cast<float>(portable_exp2(2.4 * portable_log2((encoded + 0.055) / 1.055)));
+}
+
+/// Of all the numbers that texels of this type can be.
+template <typename T>
+const std::vector<float>& linear_table() {
+  static const std::vector<float> table = [] {
+    constexpr std::size_t kLargest = static_cast<T>(-1);
+    std::vector<float> values(kLargest + 1);
+    for (std::size_t i = 0; i <= kLargest; ++i)
+      values[i] = linear_of(static_cast<double>(i) / static_cast<double>(kLargest));
+    return values;
+  }();
+  return table;
+}
+
+template <typename T>
+float value_of(T number, bool is_srgb) {
+  if constexpr (std::is_same_v<T, float>) {
+    return is_srgb ? linear_of(number) : number;
+  } else {
+    if (is_srgb) return linear_table<T>()[number];
+    return static_cast<float>(number) / static_cast<float>(static_cast<T>(-1));
+  }
+}
+
+/// The row or column that lies at `i`, whatever it is.
+std::uint32_t wrapped(double i, std::uint32_t size, Wrap wrap) {
+  const double n = size;
+  switch (wrap) {
+    case Wrap::clamp:
+      return i < 0 ? 0 : i >= n ? size - 1 : static_cast<std::uint32_t>(i);
+    case Wrap::repeat:
+      return static_cast<std::uint32_t>(i - std::floor(i / n) * n);
+    case Wrap::mirror: {
+      const double within = i - std::floor(i / (2 * n)) * (2 * n);
+      return static_cast<std::uint32_t>(within < n ? within : 2 * n - 1 - within);
+    }
+  }
+  return 0;
+}
+
+/// Beyond this texels aren't told apart, and a whole number of images is left away from either side of a fraction.
+constexpr double kFarthest = 0x1p40;
+
+double finite(double v) { return std::abs(v) < kFarthest ? v : 0; }
+
+Rgba mixed(const Rgba& a, const Rgba& b, float share) {
+  Rgba out;
+  for (std::size_t i = 0; i < 4; ++i) out[i] = a[i] + (b[i] - a[i]) * share;
+  return out;
+}
+
+}  // namespace
+
+Rgba texel(const Texels& texels, bool is_srgb, std::uint32_t x, std::uint32_t y) {
+  return std::visit(
+      [&](const auto& values) -> Rgba {
+        const auto* at = &values[(std::size_t{y} * texels.width + x) * texels.channels];
+        const bool has_color = texels.channels > 2;
+        const float first = value_of(at[0], is_srgb);
+        const float alpha = texels.channels % 2 == 0 ? value_of(at[texels.channels - 1], false) : 1;
+        if (!has_color) return {first, first, first, alpha};
+        return {first, value_of(at[1], is_srgb), value_of(at[2], is_srgb), alpha};
+      },
+      texels.values);
+}
+
+Rgba look_up(const Texture& texture, Vec2 uv) {
+  const Texels& texels = texture.image->texels();
+  const auto& m = texture.transform;
+  // In double, where the position of a texel's centre and the products of floats are exact.
+  const double u = finite(double{m[0]} * uv.x + double{m[1]} * uv.y + m[2]) * texels.width;
+  const double v = finite(double{m[3]} * uv.x + double{m[4]} * uv.y + m[5]) * texels.height;
+  const auto at = [&](double x, double y) {
+    return texel(texels, texture.is_srgb, wrapped(x, texels.width, texture.wrap_u),
+                 wrapped(y, texels.height, texture.wrap_v));
+  };
+  if (texture.is_nearest) return at(std::floor(u), std::floor(v));
+  const double x = std::floor(u - 0.5), y = std::floor(v - 0.5);
+  const auto right = static_cast<float>(u - 0.5 - x), down = static_cast<float>(v - 0.5 - y);
+  return mixed(mixed(at(x, y), at(x + 1, y), right), mixed(at(x, y + 1), at(x + 1, y + 1), right), down);
+}
+
+}  // namespace tessera

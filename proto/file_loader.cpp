@@ -1,6 +1,8 @@
 #include "proto/file_loader.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <filesystem>
 #include <new>
 #include <utility>
@@ -18,6 +20,10 @@ std::string folder_of(std::string_view path) { return std::filesystem::path(path
 /// The same file under the same key makes the same shapes. MTL libraries stand beside a path, or come with a blob.
 std::string cache_key(const FileReference& reference) {
   std::string key = reference.file.hash + '\n' + std::to_string(static_cast<int>(reference.format)) + '\n';
+  const ImportOptions& options = reference.options;
+  if (options.smooth) key += "smooth " + std::to_string(std::bit_cast<std::uint32_t>(*options.smooth)) + '\n';
+  if (options.scene) key += "scene " + std::to_string(*options.scene) + '\n';
+  if (options.variant) key += "variant " + std::to_string(options.variant->size()) + ':' + *options.variant;
   if (!reference.companions) return key + "in " + folder_of(reference.name);
   for (const auto& [name, file] : *reference.companions) {
     key += std::to_string(name.size()) + ':' + name + file.hash;
@@ -81,6 +87,16 @@ std::optional<FoundFile> find_file(const std::optional<JsonCursor>& path, const 
   return found;
 }
 
+bool read_options(JsonFields& fields, ImportOptions& options) {
+  constexpr NumberRange kBend{0, 180, false, "an angle in degrees from 0 to 180"};
+  const auto smooth = fields.optional("smooth"), variant = fields.optional("variant"), scene = fields.optional("scene");
+  bool good = true;
+  if (smooth) good &= read(smooth, options.smooth.emplace(), kBend);
+  if (variant) good &= read(variant, options.variant.emplace(), kLongestPath);
+  if (scene) good &= read(scene, options.scene.emplace(), 0, 0xFFFFFFFF);
+  return good;
+}
+
 /// Whether a file is still what was found. A file that can't be read any more isn't.
 bool is_unchanged(const SourceFile& file, const std::stop_token& stop) {
   const auto hash = hash_file(file.path, stop);
@@ -98,8 +114,9 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
     fields.value().error("A file needs either \"path\" or \"blob\", and not both.");
     return std::nullopt;
   }
-  FileReference reference{fields.value(), {}, {}, {}, {}};
+  FileReference reference{fields.value(), {}, {}, {}, {}, {}};
   bool good = read(format_field, reference.format, file_format_names());
+  good &= read_options(fields, reference.options);
   const auto file = find_file(path, blob, files_, stop_);
   if (path) {
     if (companions) good = companions->error("\"companions\" go with a blob; a path finds its own beside it.");
@@ -179,7 +196,8 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
     loaded.identity.companions.emplace(name, file->hash);
     return file->path;
   };
-  Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion, stop_);
+  Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion, stop_,
+                                          reference.options, builder_.bytes_left());
   if (!std::ranges::all_of(assets, [&](const SourceFile& file) { return is_unchanged(file, stop_); })) {
     reference.where.error(kChanged);
     return std::nullopt;
@@ -192,13 +210,30 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
     return std::nullopt;
   }
 
+  const auto first_texture = builder_.add_textures(imported->textures, reference.where);
+  if (!first_texture) return std::nullopt;
   std::vector<std::uint32_t> materials;
-  for (const WhittedSurface& surface : imported->materials) materials.push_back(builder_.add_material({surface}));
+  for (Material& material : imported->materials) {
+    for (TextureUse& use : material.textures) use.texture += *first_texture;
+    materials.push_back(builder_.add_material(material));
+  }
+  const auto material_of = [&](const std::optional<std::uint32_t>& material) -> std::optional<std::uint32_t> {
+    if (!material) return std::nullopt;
+    return materials.at(*material);
+  };
   for (ImportedPart& part : imported->parts) {
     const auto shape = builder_.add_shape(std::move(part.shape), reference.where);
     if (!shape) return std::nullopt;
-    loaded.parts.push_back({*shape, std::nullopt});
-    if (part.material) loaded.parts.back().material = materials.at(*part.material);
+    loaded.parts.push_back({*shape, material_of(part.material)});
+  }
+  if (!imported->placements.empty()) {
+    const std::vector<ScenePart> parts = std::move(loaded.parts);
+    loaded.parts.clear();
+    for (const ImportedPlacement& placed : imported->placements) {
+      ScenePart& part = loaded.parts.emplace_back(parts.at(placed.part));
+      part.placement = placed.placement;
+      if (placed.material) part.material = material_of(placed.material);
+    }
   }
   for (SceneWarning& warning : imported->warnings) builder_.warn(std::move(warning));
   if (loaded.parts.empty()) builder_.warn(reference.where, "The file holds no shapes, so nothing of it is seen.");
@@ -211,7 +246,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   }
   loaded.lights = std::move(imported->lights);
   loaded.background = imported->background;
-  loaded.camera = imported->camera;
+  loaded.cameras = std::move(imported->cameras);
   loaded.image = imported->image;
   return loaded;
 }

@@ -20,6 +20,7 @@ struct FileReference {
   std::string name;  ///< The path, or the blob's hash.
   SourceFile file;
   FileFormat format;
+  ImportOptions options;
   std::optional<std::map<std::string, SourceFile>> companions;  ///< Given with a blob; a path has its siblings.
 };
 
@@ -27,9 +28,9 @@ struct FileReference {
 struct LoadedFile {
   FileIdentity identity;
   std::vector<ScenePart> parts;
-  std::vector<Light> lights;  ///< These four are NFF's.
+  std::vector<Light> lights;
   std::optional<Rgb> background;
-  std::optional<Camera> camera;
+  std::vector<NamedCamera> cameras;
   std::optional<ImageSize> image;
 };
 

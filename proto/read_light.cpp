@@ -1,7 +1,9 @@
 #include "proto/read_light.h"
 
 #include <cmath>
+#include <memory>
 
+#include "core/scene/studio.h"
 #include "proto/read_transform.h"
 #include "proto/read_values.h"
 
@@ -87,18 +89,30 @@ bool read_rotation(JsonCursor value, std::array<float, 9>& rotation) {
          value.error("An environment is infinitely far away, so it can only be turned: give a rotation.");
 }
 
-Light read_environment(JsonFields& fields, FileLoader& files) {
+/// The map that one of several fields tells; whether one does.
+bool read_map(JsonFields& fields, FileLoader& files, std::shared_ptr<const EnvironmentMap>& map) {
+  const auto preset = fields.optional("preset");
+  const bool is_in_file = files.find_environment(fields, map);
+  if (!preset) return is_in_file;
+  if (is_in_file) preset->error("An environment's map is a preset, or it comes from a file; leave one of them out.");
+  bool is_studio = false;
+  if (read<bool>(preset, is_studio, {{"studio", true}}) && !is_in_file) map = studio_environment();
+  return true;
+}
+
+Light read_environment(JsonFields& fields, FileLoader& files, bool& only_without_lights) {
   fields.call("an environment");
   EnvironmentLight light;
   read_color(fields.optional("radiance"), light.radiance, kLightChannel);
-  const bool has_map = files.find_environment(fields, light.map);
+  read(fields.optional("only_without_lights"), only_without_lights);
+  const bool has_map = read_map(fields, files, light.map);
   const auto transform = fields.optional("transform");
   if (transform && !has_map) transform->error("An environment without a map is the same all around; leave this out.");
   if (transform && has_map) read_rotation(*transform, light.to_world);
   return light;
 }
 
-Light read_fields(LightType type, JsonFields& fields, FileLoader& files) {
+Light read_fields(LightType type, JsonFields& fields, FileLoader& files, bool& only_without_lights) {
   switch (type) {
     case LightType::point:
       return read_point(fields);
@@ -111,14 +125,14 @@ Light read_fields(LightType type, JsonFields& fields, FileLoader& files) {
     case LightType::sun:
       return read_sun(fields);
     case LightType::environment:
-      return read_environment(fields, files);
+      return read_environment(fields, files, only_without_lights);
   }
   return {};
 }
 
 }  // namespace
 
-std::optional<Light> read_light(JsonCursor value, FileLoader& files) {
+std::optional<ReadLight> read_light(JsonCursor value, FileLoader& files) {
   JsonFields fields(value, "a light");
   LightType type{};
   const auto type_field = fields.required("type");
@@ -131,9 +145,10 @@ std::optional<Light> read_light(JsonCursor value, FileLoader& files) {
                                        {"environment", LightType::environment}})) {
     return std::nullopt;
   }
-  Light light = read_fields(type, fields, files);
+  ReadLight read;
+  read.light = read_fields(type, fields, files, read.only_without_lights);
   fields.refuse_unknown();
-  return light;
+  return read;
 }
 
 }  // namespace tessera::proto

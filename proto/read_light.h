@@ -6,8 +6,13 @@
 
 namespace tessera::proto {
 
+struct ReadLight {
+  Light light;
+  bool only_without_lights = false;  ///< An environment that is to be left out where there are other lights.
+};
+
 /// A light, by the rules of the readers in json_cursor.h; nothing when its type is unknown. An environment's map comes
 /// from `files`. Degrees on the wire.
-std::optional<Light> read_light(JsonCursor value, FileLoader& files);
+std::optional<ReadLight> read_light(JsonCursor value, FileLoader& files);
 
 }  // namespace tessera::proto

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <utility>
 #include <variant>
 
@@ -18,7 +19,7 @@ std::uint64_t shape_bytes(const Shape& shape) {
   const auto* mesh = std::get_if<TriangleMesh>(&shape);
   if (mesh == nullptr) return sizeof(Shape) + sizeof(Aabb);
   return sizeof(Shape) + sizeof(Aabb) + (mesh->positions.size() + mesh->normals.size()) * sizeof(Vec3) +
-         mesh->triangles.size() * sizeof(TriangleIndices);
+         mesh->triangles.size() * sizeof(TriangleIndices) + (mesh->attributes ? memory_bytes(*mesh->attributes) : 0);
 }
 
 bool is_dark(const PointLight& light) { return light.intensity.is_black(); }
@@ -63,6 +64,15 @@ void drop_unplaced_shapes(Scene& scene) {
 std::uint32_t SceneBuilder::add_material(const Material& material) {
   scene_.materials.push_back(material);
   return static_cast<std::uint32_t>(scene_.materials.size() - 1);
+}
+
+std::optional<std::uint32_t> SceneBuilder::add_textures(const std::vector<Texture>& textures, const JsonCursor& where) {
+  std::set<const TextureImage*> images;
+  for (const Texture& texture : textures)
+    if (images.insert(texture.image.get()).second && !take(texture.image->bytes(), where)) return std::nullopt;
+  const auto first = static_cast<std::uint32_t>(scene_.textures.size());
+  scene_.textures.insert(scene_.textures.end(), textures.begin(), textures.end());
+  return first;
 }
 
 std::uint32_t SceneBuilder::default_material() {
@@ -125,6 +135,13 @@ void SceneBuilder::warn(SceneWarning warning) {
   } else {
     scene_.warnings.push_back(std::move(warning));
   }
+}
+
+void SceneBuilder::add_ground() {
+  const StrictFloats strict;
+  Aabb box;
+  for (const Object& object : scene_.objects) box.extend(world_bounds(scene_, object));
+  if (!box.empty()) scene_.ground = Ground{.height = box.lo.y};
 }
 
 Scene SceneBuilder::finish() && {

@@ -11,10 +11,11 @@
 
 namespace tessera::proto {
 
-/// A shape of the scene, with the material that its file gave it.
+/// A shape of the scene, with the material that its file gave it, where the file has it.
 struct ScenePart {
   std::uint32_t shape = 0;
   std::optional<std::uint32_t> material;
+  std::optional<Transform> placement = std::nullopt;
 };
 
 /// Puts a scene together within the limits. Each step that would go beyond one says so at the place that asked for
@@ -25,6 +26,10 @@ class SceneBuilder {
   SceneBuilder(JsonCursor scene, const Limits& limits) : document_(scene), limits_(limits) {}
 
   std::uint32_t add_material(const Material& material);
+
+  /// Adds textures that materials to come will name, the first of them by the number that is told; nothing where their
+  /// images take more than a scene may.
+  std::optional<std::uint32_t> add_textures(const std::vector<Texture>& textures, const JsonCursor& where);
 
   /// The grey of objects that name no material.
   std::uint32_t default_material();
@@ -56,6 +61,9 @@ class SceneBuilder {
 
   /// Whether there are objects, but no light and no background that isn't black.
   bool is_dark() const;
+
+  /// A ground that all objects stand on; none where there are none.
+  void add_ground();
 
   /// Everything added, without the shapes that no object shows.
   Scene finish() &&;

@@ -64,6 +64,23 @@ const T* find_named(const JsonCursor& value, const std::map<std::string_view, T>
   return nullptr;
 }
 
+/// A light of a file that stands somewhere else. Its brightness is the file's.
+Light placed(Light light, const Transform& placement) {
+  const auto turned = [&](UnitVec3 direction) {
+    const Vec3d start = placement.point_to_world({});
+    return UnitVec3::normalize(placement.point_to_world(to_double(direction)) - start).value_or(direction);
+  };
+  if (auto* point = std::get_if<PointLight>(&light)) {
+    point->position = to_float(placement.point_to_world(to_double(point->position)));
+  } else if (auto* spot = std::get_if<SpotLight>(&light)) {
+    spot->position = to_float(placement.point_to_world(to_double(spot->position)));
+    spot->direction = turned(spot->direction);
+  } else if (auto* far = std::get_if<DirectionalLight>(&light)) {
+    far->direction = turned(far->direction);
+  }
+  return light;
+}
+
 class SceneParser {
  public:
   SceneParser(const JsonCursor& document, const FileSource& files, const Limits& limits)
@@ -76,7 +93,8 @@ class SceneParser {
   std::optional<ParsedScene> parse() {
     JsonFields fields(document_, "a scene");
     const auto objects = fields.required("objects");
-    const auto background = fields.optional("background"), camera = fields.optional("camera");
+    const auto background = fields.optional("background"), camera = fields.optional("camera"),
+               ground = fields.optional("ground");
     read_schema_name(fields.optional("$schema"));
     read_materials(fields.optional("materials"));
     const auto lights = fields.optional("lights");
@@ -85,7 +103,10 @@ class SceneParser {
     read_objects(objects);
     read_color(background, builder_.background(), kLightChannel);
     if (camera) builder_.camera() = read_camera(*camera);
+    if (ground) read<bool>(ground, has_ground_, {{"shadow", true}});
     fields.refuse_unknown();
+    if (spare_light_ && builder_.lights().empty()) builder_.lights().push_back(*spare_light_);
+    if (has_ground_) builder_.add_ground();
     if (!errors_.empty()) return std::nullopt;
     warn_of_unplaced_geometries();
     warn_of_darkness(lights.value_or(document_));
@@ -119,11 +140,14 @@ class SceneParser {
     }
     for (const JsonCursor& value : section->elements()) {
       if (errors_.full()) return;
-      const auto light = read_light(value, loader_);
-      if (!light) continue;
-      if (std::holds_alternative<EnvironmentLight>(*light) && std::exchange(has_environment_, true))
+      const auto read = read_light(value, loader_);
+      if (!read) continue;
+      if (std::holds_alternative<EnvironmentLight>(read->light) && std::exchange(has_environment_, true))
         value.error("The scene has an environment already, and there is only one all around; keep one.");
-      builder_.lights().push_back(*light);
+      if (read->only_without_lights)
+        spare_light_ = read->light;
+      else
+        builder_.lights().push_back(read->light);
     }
   }
 
@@ -193,13 +217,51 @@ class SceneParser {
     } else if (type != ShapeType::file) {
       if (const auto parts = inline_part(type, fields)) place(*parts, material, placement, value);
     } else if (const auto reference = loader_.find(fields)) {
+      const auto camera_field = fields.optional("file_camera");
       if (reference->format == FileFormat::nff) {
         read_nff(*reference, material_field, transform_field);
       } else if (const LoadedFile* file = loader_.load(*reference)) {
         place(file->parts, material, placement, value);
+        take_lights(*file, placement);
+        if (const NamedCamera* camera = chosen_camera(*file, camera_field)) take_camera(camera->camera, placement);
       }
     }
     fields.refuse_unknown();
+  }
+
+  void take_lights(const LoadedFile& file, const std::optional<Transform>& placement) {
+    for (const Light& light : file.lights) builder_.lights().push_back(placement ? placed(light, *placement) : light);
+  }
+
+  /// The first one, unless the document says which; nothing, with an error, when there isn't that one.
+  const NamedCamera* chosen_camera(const LoadedFile& file, const std::optional<JsonCursor>& field) {
+    if (!field) return file.cameras.empty() ? nullptr : &file.cameras.front();
+    const auto named = field->kind() == JsonKind::string
+                           ? std::ranges::find(file.cameras, field->string(), &NamedCamera::name)
+                           : file.cameras.end();
+    if (named != file.cameras.end()) return &*named;
+    std::uint64_t index = 0;
+    if (field->is_number() && read(*field, index, 0, 0xFFFFFFFF) && index < file.cameras.size())
+      return &file.cameras[index];
+    std::string names = "The file has no such camera; it has ";
+    if (file.cameras.empty()) names += "none";
+    for (std::size_t i = 0; i < std::min(file.cameras.size(), kNamesInMessage); ++i)
+      names += (i > 0 ? ", " : "") + std::to_string(i) + " (" + in_quotes(file.cameras[i].name) + ")";
+    field->error(names + ".");
+    return nullptr;
+  }
+
+  /// Of several files the first one that has a camera gives the scene its own.
+  void take_camera(Camera camera, const std::optional<Transform>& placement) {
+    if (builder_.camera()) return;
+    if (placement) {
+      View& view = std::visit([](auto& c) -> View& { return c.view; }, camera);
+      const Vec3 up = view.from + view.up;
+      view.from = to_float(placement->point_to_world(to_double(view.from)));
+      view.at = to_float(placement->point_to_world(to_double(view.at)));
+      view.up = to_float(placement->point_to_world(to_double(up))) - view.from;
+    }
+    builder_.camera() = camera;
   }
 
   /// A whole scene in a file: also its lights, and its camera and background where the document has none.
@@ -218,7 +280,7 @@ class SceneParser {
     lights.insert(lights.end(), file->lights.begin(), file->lights.end());
     // The document's own come later and override these.
     builder_.background() = file->background.value_or(Rgb{});
-    builder_.camera() = file->camera;
+    if (!file->cameras.empty()) builder_.camera() = file->cameras.front().camera;
     take_image(*file, reference);
   }
 
@@ -247,6 +309,16 @@ class SceneParser {
     return std::vector{ScenePart{*shape, std::nullopt}};
   }
 
+  /// Where a part stands, its file being placed; nothing, with an error, where that can't be.
+  static std::optional<std::optional<Transform>> placement_of(const ScenePart& part,
+                                                              const std::optional<Transform>& placement,
+                                                              const JsonCursor& where) {
+    if (!part.placement || !placement) return part.placement ? part.placement : placement;
+    const auto both = composed(*placement, *part.placement);
+    if (!both) where.error("The transform makes placements within the file too extreme for single precision.");
+    return both ? std::optional(both) : std::nullopt;
+  }
+
   /// `material` overrides those of the parts.
   void place(const std::vector<ScenePart>& parts, const std::uint32_t* material,
              const std::optional<Transform>& placement, const JsonCursor& where) {
@@ -258,7 +330,8 @@ class SceneParser {
       } else {
         shown = part.material ? *part.material : builder_.default_material();
       }
-      if (!builder_.add_object({part.shape, shown, placement}, where)) return;
+      const auto whole = placement_of(part, placement, where);
+      if (!whole || !builder_.add_object({part.shape, shown, *whole}, where)) return;
       if (builder_.emits(shown) && !builder_.has_area(part.shape))
         builder_.warn(where, "The material emits, and the mesh has no area to send light from.");
     }
@@ -282,7 +355,8 @@ class SceneParser {
   std::map<std::string_view, std::uint32_t> materials_;
   std::map<std::string_view, Geometry> geometries_;
   std::set<std::string_view> placed_;  // geometries
-  bool has_nff_ = false, has_environment_ = false;
+  std::optional<Light> spare_light_;   // where there are no others
+  bool has_nff_ = false, has_environment_ = false, has_ground_ = false;
 };
 
 }  // namespace

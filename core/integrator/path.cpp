@@ -59,7 +59,8 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       counts_(counts),
       log_(log),
       leaving_(scene, features.alpha, accel, counts, log),
-      shadows_(scene, features.alpha) {}
+      shadows_(scene, features.alpha),
+      ground_(scene, features.alpha) {}
 
 void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::span<const Hit> hits, Output out) {
   out_ = out;
@@ -94,6 +95,10 @@ bool PathTracer::go_on() {
     shadows_.trace(*accel_, out_.radiance, counts_, log_);
     return true;
   }
+  if (!ground_.empty()) {
+    ground_.trace(*accel_, out_, counts_, log_);
+    return true;
+  }
   return !paths_.empty();
 }
 
@@ -119,7 +124,7 @@ PathTracer::Next PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
   const Vec3 direction =
       vertex_ > 0 && !path.is_direct ? ray.direction : UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
   if (hit.t == kInfinity) {
-    add_escaped(path, direction);
+    add_escaped(path, ray, direction);
     return Next::nothing;
   }
   const Object& object = scene_.objects[hit.object];
@@ -157,16 +162,26 @@ PathTracer::Next PathTracer::behind(Path& path, float alpha) {
   return path.throughput.is_black() ? Next::nothing : Next::what_is_behind;
 }
 
-void PathTracer::add_escaped(const Path& path, Vec3 direction) {
+void PathTracer::add_escaped(const Path& path, const Ray& ray, Vec3 direction) {
   if (path.is_direct) {
     out_.covered[path.sum] = 1 - path.throughput.g;
-    if (options_.hides_background) return;
+    const Rgb seen = options_.hides_background ? Rgb() : background(path, direction);
+    if (scene_.ground && accel_ &&
+        ground_.add(ray, path.numbers.two(dimension(vertex_, Decision::bsdf)), seen, path.throughput.g, path.sum))
+      return;
+    if (!seen.is_black()) add(path.sum, seen);
+    return;
   }
-  if (!lights_) return;
+  const Rgb seen = background(path, direction);
+  if (!seen.is_black()) add(path.sum, seen);
+}
+
+Rgb PathTracer::background(const Path& path, Vec3 direction) const {
+  if (!lights_) return {};
   auto [radiance, pdf] = lights_->escaped(path.from, direction);
-  if (radiance.is_black()) return;
+  if (radiance.is_black()) return {};
   if (path.pdf > 0) radiance = radiance * mis_weight(path.pdf, pdf);
-  add(path.sum, path.throughput * radiance);
+  return path.throughput * radiance;
 }
 
 void PathTracer::add_emitted(const Path& path, const Vertex& at, float share) {

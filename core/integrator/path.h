@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/integrator/ground_shadows.h"
 #include "core/integrator/integrator.h"
 #include "core/integrator/leaving_rays.h"
 #include "core/integrator/ray_counts.h"
@@ -62,7 +63,8 @@ class PathTracer final : public Integrator {
   Vertex vertex_at(const Ray& ray, Vec3 direction, const Hit& hit) const;
   /// What a black surface that isn't all there lets pass.
   static Next behind(Path& path, float alpha);
-  void add_escaped(const Path& path, Vec3 direction);
+  void add_escaped(const Path& path, const Ray& ray, Vec3 direction);
+  Rgb background(const Path& path, Vec3 direction) const;
   void add_emitted(const Path& path, const Vertex& at, float share);
   void sample_light(Path& path, const Vertex& at);
   /// Gives the path its next ray; false where it ends.
@@ -88,6 +90,7 @@ class PathTracer final : public Integrator {
   std::vector<Hit> passed_;  ///< For each ray, where there is alpha: see `find_behind`.
   LeavingRays leaving_;
   ShadowBatch shadows_;
+  GroundShadows ground_;
 };
 
 }  // namespace tessera

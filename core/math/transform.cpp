@@ -64,6 +64,17 @@ std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows
   return out;
 }
 
+std::optional<Transform> composed(const Transform& outer, const Transform& inner) {
+  const auto& a = outer.local_to_world_;
+  const auto& b = inner.local_to_world_;
+  std::array<double, 12> rows{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 4; ++j)
+      rows[i * 4 + j] =
+          a[i * 4] * b[j] + a[i * 4 + 1] * b[4 + j] + a[i * 4 + 2] * b[8 + j] + (j == 3 ? a[i * 4 + 3] : 0);
+  return Transform::from_rows(rows);
+}
+
 Ray Transform::to_local(const Ray& world) const {
   const auto& m = world_to_local_;
   const Vec3 o = world.origin, d = world.direction;

@@ -18,6 +18,9 @@ class Transform {
   /// determinant is within rounding of zero for rows of that size, or the inverse overflows a float.
   static std::optional<Transform> from_rows(const std::array<double, 12>& rows);
 
+  /// What places something in `inner`, and that in `outer`. Nothing as above.
+  friend std::optional<Transform> composed(const Transform& outer, const Transform& inner);
+
   /// The ray seen from object space, with the same `t` for the same point: the direction is not normalised. What it
   /// leaves is forgotten where the direction's rounding might turn it back by more than a few roundings.
   Ray to_local(const Ray& world) const;

@@ -47,8 +47,13 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
   return nullptr;
 }
 
+bool shows_ground(const RenderContext& context) {
+  return context.scene->ground && context.accel && traces_paths(context.plan.integrator);
+}
+
 /// What a ray brings that hits nothing, wherever it goes; nothing where that depends on its direction.
 std::optional<Rgb> even_background(const RenderContext& context) {
+  if (shows_ground(context)) return std::nullopt;
   if (context.settings.transparent) return Rgb();
   if (!traces_paths(context.plan.integrator)) return context.scene->background;
   if (!context.plan.features.even_sky) return std::nullopt;
@@ -67,6 +72,7 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, Pass
       pass_(std::move(work.pass)),
       order_(tile_.rect, *pass_),
       result_{std::move(work.pixels), std::move(work.sums), {}, {}},
+      on_white_(context.settings.transparent && context.settings.aovs.contains(Aov::alpha) && shows_ground(context)),
       log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
       camera_(context.rays) {
   if (tile_.first_level == FirstLevel::nothing && even_background(context)) return;
@@ -138,7 +144,9 @@ void TileRenderer::end_chunk() {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const std::size_t at = pixel(samples_[i]);
     const bool is_hidden = context_.settings.transparent && covered_[i] == 0;
-    result_.sums.add(at, samples_[i].index, is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp));
+    Rgb color = is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp);
+    if (on_white_) color = color + Rgb{1, 1, 1} * (1 - covered_[i]);
+    result_.sums.add(at, samples_[i].index, color);
     result_.sums.add(Aov::alpha, at, covered_[i]);
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
@@ -205,6 +213,15 @@ void TileRenderer::record_costs(std::size_t at) {
   result_.sums.add(Aov::cost_primitives, at, cost(&TestCounts::object_tests));
 }
 
-void TileRenderer::finish() { resolve(result_.sums, *pass_, result_.pixels); }
+void TileRenderer::finish() {
+  resolve(result_.sums, *pass_, result_.pixels);
+  if (!on_white_) return;
+  const std::vector<float>& alpha = result_.pixels.plane<float>(Aov::alpha);
+  for (std::size_t i = 0; i < alpha.size(); ++i) {
+    Rgb& color = result_.pixels.color[i];
+    const float white = 1 - alpha[i];
+    color = {std::max(color.r - white, 0.0F), std::max(color.g - white, 0.0F), std::max(color.b - white, 0.0F)};
+  }
+}
 
 }  // namespace tessera

@@ -55,6 +55,9 @@ class TileRenderer {
   SampleOrder order_;
   Candidates candidates_;
   TileResult result_;  ///< Its pixels are made of its sums when all is traced.
+  /// Shadows on a ground that is transparent have no colour, and the noise in them is to be seen by who measures it: so
+  /// colours are summed as they look on white, which is taken away at the end.
+  bool on_white_;
   TraceLog log_;
   std::unique_ptr<Integrator> integrator_;  ///< Unless all pixels of the tile are the same.
   TestCounts before_chunk_;

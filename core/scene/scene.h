@@ -37,6 +37,13 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
+/// A level plane that only shows shadows: camera rays that meet nothing see the background through it, darker where
+/// objects hide the sky. All other rays pass it. The path tracer alone shows it.
+struct Ground {
+  float height = 0;       ///< On the y axis.
+  float darkness = 0.6F;  ///< What is taken from the background where the whole sky is hidden; in 0..1.
+};
+
 /// All that is rendered. Made by the parser, valid when made (every index in range, every number finite, at most
 /// 2^32 − 1 primitives with instances counted), and never changed: share it across threads freely.
 ///
@@ -49,6 +56,7 @@ struct Scene {
   std::vector<Texture> textures;
   std::vector<Light> lights;
   Rgb background;
+  std::optional<Ground> ground;
   std::optional<Camera> camera;    ///< The scene's own view; a job may bring another.
   std::optional<ImageSize> image;  ///< The size that the scene is made for, where a job asks for none.
   std::vector<SceneWarning> warnings;

@@ -79,7 +79,8 @@ std::span<const Choice<FileFormat>> file_format_names() {
 }
 
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
-                             const CompanionSource& companions, std::stop_token stop) {
+                             const CompanionSource& companions, std::stop_token stop, const ImportOptions&,
+                             std::uint64_t) {
   throw_if_abandoned(stop);
   try {
     Imported imported = read(path, format, display_name, companions, stop);

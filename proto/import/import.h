@@ -25,25 +25,48 @@ struct ImportedPart {
   std::optional<std::uint32_t> material;
 };
 
-/// A file's content in core's terms. Camera, lights, background and image size come from NFF alone.
+/// A part of `Imported`, somewhere: with the material of the part, unless it has its own.
+struct ImportedPlacement {
+  std::uint32_t part = 0;
+  std::optional<Transform> placement;
+  std::optional<std::uint32_t> material;
+};
+
+struct NamedCamera {
+  std::string name;  ///< May be empty.
+  Camera camera;
+};
+
+/// A file's content in core's terms. Background and image size come from NFF alone.
 struct Imported {
   std::vector<ImportedPart> parts;
-  std::vector<WhittedSurface> materials;
+  std::vector<ImportedPlacement> placements;  ///< Where there are none, each part stands once, as it is.
+  std::vector<Material> materials;
+  std::vector<Texture> textures;
   std::vector<Light> lights;
   std::optional<Rgb> background;
-  std::optional<Camera> camera;
+  std::vector<NamedCamera> cameras;
   std::optional<ImageSize> image;
   std::vector<SceneWarning> warnings;  ///< Dropped triangles, ignored statements, missing MTL files, counted.
+};
+
+/// What a document may say of a file.
+struct ImportOptions {
+  std::optional<float> smooth;         ///< Meshes without normals get some; edges that bend by more degrees stay sharp.
+  std::optional<std::string> variant;  ///< Of glTF's materials, by name.
+  std::optional<std::uint32_t> scene;  ///< Of a glTF file with several.
+  bool operator==(const ImportOptions&) const = default;
 };
 
 /// Finds a file that the imported file refers to by name (an MTL library); nothing when there is none.
 using CompanionSource = std::function<std::optional<std::filesystem::path>(std::string_view name)>;
 
 /// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines
-/// exist. Never allocates more than a small multiple of the file's size. Throws `Abandoned`, and nothing else, soon
-/// after `stop` is requested.
+/// exist. Never allocates more than a small multiple of the file's size. Textures take at most `texture_bytes` each.
+/// Throws `Abandoned`, and nothing else, soon after `stop` is requested.
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
-                             const CompanionSource& companions, std::stop_token stop = {});
+                             const CompanionSource& companions, std::stop_token stop = {},
+                             const ImportOptions& options = {}, std::uint64_t texture_bytes = 1ULL << 30);
 
 /// By the ending of a name, in any case; nothing when it is none of ours.
 std::optional<FileFormat> format_of(std::string_view file_name);

@@ -316,7 +316,7 @@ void MtlLibraries::load_text(std::string text, std::string_view name) {
   for (const MtlMaterial& mtl : loaded) {
     const bool is_new = by_name_.emplace(mtl.name, static_cast<std::uint32_t>(materials.size())).second;
     if (is_new) {
-      materials.push_back(to_surface(mtl, notes));
+      materials.push_back({to_surface(mtl, notes)});
     } else {
       notes.add("A material whose name is taken was ignored", mtl.line);
     }

@@ -42,7 +42,7 @@ class MtlLibraries {
   /// Into `materials`; nothing for a name that no library has. The first library that has a name wins.
   std::optional<std::uint32_t> find(std::string_view name) const;
 
-  std::vector<WhittedSurface> materials;
+  std::vector<Material> materials;
   std::vector<SceneWarning> warnings;
 
  private:

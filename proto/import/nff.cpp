@@ -139,11 +139,11 @@ class NffReader {
     if (!(rows >= 2 && std::isfinite(rows))) fail_view("A view's resolution must be at least 2 in y");
     result_.image.reset();
     if (has_resolution) take_resolution(columns, rows, line);
-    if (result_.camera) notes_.add("A further view takes the place of the one before", line);
+    if (!result_.cameras.empty()) notes_.add("A further view takes the place of the one before", line);
 
     const double half = *angle * std::numbers::pi / 360, n = rows;
     const auto fov = static_cast<float>(2 * portable_atan(portable_tan(half) * n / (n - 1)));
-    result_.camera = PerspectiveCamera{{*from, *at, *up}, fov};
+    result_.cameras = {{"", PerspectiveCamera{{*from, *at, *up}, fov}}};
   }
 
   void take_resolution(float columns, float rows, std::size_t line) {
@@ -195,7 +195,7 @@ class NffReader {
     material.reflect = grey(decoded(ks > 0 || t == 0 ? ks : std::max(0.0F, 1 - t)));
     material.transmit = grey(decoded(t));
     material.ior = t > 0 ? ior : 1;
-    result_.materials.push_back(material);
+    result_.materials.push_back({material});
   }
 
   void add_part(Shape shape) {

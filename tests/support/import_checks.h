@@ -40,7 +40,10 @@ inline std::string fault_of_import(const proto::Imported& imported, std::size_t 
       }
     }
   }
-  for (const WhittedSurface& m : imported.materials) {
+  for (const Material& material : imported.materials) {
+    const auto* whitted = std::get_if<WhittedSurface>(&material.surface);
+    if (!whitted) continue;
+    const WhittedSurface& m = *whitted;
     for (const Rgb c : {m.diffuse, m.specular, m.reflect, m.transmit}) {
       if (!is_finite(c) || std::min({c.r, c.g, c.b}) < 0) return "a material that isn't finite, or is negative";
     }

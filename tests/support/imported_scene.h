@@ -19,11 +19,11 @@ inline std::shared_ptr<Scene> imported_scene(const std::filesystem::path& path) 
     scene.objects.push_back({static_cast<std::uint32_t>(scene.shapes.size()), part.material.value_or(0), {}});
     scene.shapes.push_back(std::move(part.shape));
   }
-  for (const WhittedSurface& surface : file->materials) scene.materials.push_back({surface});
+  scene.materials = file->materials;
   if (scene.materials.empty()) scene.materials.emplace_back();
   scene.lights = file->lights;
   scene.background = file->background.value_or(Rgb{});
-  scene.camera = file->camera;
+  if (!file->cameras.empty()) scene.camera = file->cameras.front().camera;
   return std::make_shared<Scene>(with_bounds(std::move(scene)));
 }
 

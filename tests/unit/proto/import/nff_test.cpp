@@ -33,7 +33,7 @@ constexpr std::string_view kView = "v\nfrom 2 1 1\nat 0 0 0\nup 0 0 1\nangle 45\
 
 TEST(Nff, ViewSpansTheCentresOfTheOuterRows) {
   const Imported file = read(kView);
-  const auto& camera = std::get<PerspectiveCamera>(file.camera.value());
+  const auto& camera = std::get<PerspectiveCamera>(file.cameras.at(0).camera);
   EXPECT_EQ(camera.view.from, (Vec3{2, 1, 1}));
   EXPECT_EQ(camera.view.at, Vec3{});
   EXPECT_EQ(camera.view.up, (Vec3{0, 0, 1}));
@@ -43,7 +43,7 @@ TEST(Nff, ViewSpansTheCentresOfTheOuterRows) {
 
 TEST(Nff, ViewTakesItsHeightFromTheFile) {
   const Imported file = read("v from 0 0 1 at 0 0 0 up 0 1 0 angle 90 hither 1 resolution 9 3");
-  EXPECT_FLOAT_EQ(std::get<PerspectiveCamera>(file.camera.value()).vertical_fov,
+  EXPECT_FLOAT_EQ(std::get<PerspectiveCamera>(file.cameras.at(0).camera).vertical_fov,
                   static_cast<float>(2 * std::atan(1.5)));
 }
 
@@ -118,7 +118,7 @@ TEST(Nff, LightsShareAUsefulIntensity) {
 TEST(Nff, FillsBecomeMaterials) {
   const Imported file = read("f 1 0.5 0 0.8 0.3 12 0 0\nf 1 1 1 0 0 0 0.8 1.5\nf 1 1 1 0 0.1 0 0.8 1.5\ns 0 0 0 1");
   ASSERT_EQ(file.materials.size(), 3U);
-  const WhittedSurface& shiny = file.materials[0];
+  const auto& shiny = std::get<WhittedSurface>(file.materials[0].surface);
   // Values of the sRGB curve (IEC 61966-2-1) at 0.8, 0.4, 0.3, 0.2 and 0.1.
   EXPECT_NEAR(shiny.diffuse.r, 0.603827F, 1e-6);
   EXPECT_NEAR(shiny.diffuse.g, 0.132868F, 1e-6);
@@ -127,12 +127,12 @@ TEST(Nff, FillsBecomeMaterials) {
   EXPECT_EQ(shiny.shininess, 12);
   EXPECT_TRUE(shiny.transmit.is_black());
   EXPECT_EQ(shiny.ior, 1) << "an index of 0 means nothing where nothing is transmitted";
-  const WhittedSurface& glass = file.materials[1];
+  const auto& glass = std::get<WhittedSurface>(file.materials[1].surface);
   EXPECT_NEAR(glass.transmit.r, 0.603827F, 1e-6);
   EXPECT_NEAR(glass.reflect.r, 0.033105F, 1e-6);
   EXPECT_EQ(glass.ior, 1.5F);
   EXPECT_FALSE(glass.fresnel);
-  EXPECT_NEAR(file.materials[2].reflect.r, 0.010023F, 1e-6);
+  EXPECT_NEAR(std::get<WhittedSurface>(file.materials[2].surface).reflect.r, 0.010023F, 1e-6);
   EXPECT_EQ(file.parts.at(0).material, 2U);
 }
 

@@ -361,7 +361,7 @@ class ObjMaterials : public testing::Test {
     write("m.mtl", "newmtl m\n" + mtl);
     const Imported file = read_with("mtllib m.mtl\nusemtl m\nf 1 2 3\n");
     warnings_ = file.warnings;
-    return file.materials.at(file.parts.at(0).material.value());
+    return std::get<WhittedSurface>(file.materials.at(file.parts.at(0).material.value()).surface);
   }
 
   /// That the last material had one warning, with these words, at a line of the library.
@@ -484,7 +484,7 @@ TEST_F(ObjMaterials, StatementsWithoutAMeaningHereAreTold) {
   write("m.mtl", "Kd 1 0 0\nnewmtl a\nKd 0 1 0\nnewmtl a\nKd 0 0 1\nnewmtl\n");
   const Imported file = read_with("mtllib m.mtl\nusemtl a\nf 1 2 3\n");
   ASSERT_EQ(file.materials.size(), 1U);
-  EXPECT_EQ(file.materials[0].diffuse, (Rgb{0, 1, 0}));
+  EXPECT_EQ(std::get<WhittedSurface>(file.materials[0].surface).diffuse, (Rgb{0, 1, 0}));
   ASSERT_EQ(file.warnings.size(), 3U) << "one before, one again, one without a name";
 }
 
@@ -500,11 +500,11 @@ TEST_F(ObjMaterials, NothingIsQuotedOfALibraryThatMayBeAnything) {
 TEST_F(ObjMaterials, NumbersThatAreNoneCountAsZeroAndAreNamed) {
   write("m.mtl", "newmtl m\nKd nan 0.5 0x9\nKs -1 2 1e999\nNs -3\nNi -1\nd 7\nillum 7\n");
   const Imported file = read_with("mtllib m.mtl\nusemtl m\nf 1 2 3\n");
-  EXPECT_EQ(file.materials[0].diffuse, (Rgb{0, 0.5F, 0}));
-  EXPECT_EQ(file.materials[0].specular, (Rgb{0, 2, 0}));
-  EXPECT_EQ(file.materials[0].shininess, 0);
-  EXPECT_EQ(file.materials[0].ior, 1);
-  EXPECT_TRUE(file.materials[0].transmit.is_black());
+  EXPECT_EQ(std::get<WhittedSurface>(file.materials[0].surface).diffuse, (Rgb{0, 0.5F, 0}));
+  EXPECT_EQ(std::get<WhittedSurface>(file.materials[0].surface).specular, (Rgb{0, 2, 0}));
+  EXPECT_EQ(std::get<WhittedSurface>(file.materials[0].surface).shininess, 0);
+  EXPECT_EQ(std::get<WhittedSurface>(file.materials[0].surface).ior, 1);
+  EXPECT_TRUE(std::get<WhittedSurface>(file.materials[0].surface).transmit.is_black());
   const std::vector<std::string> told{"m.mtl:2: A number is missing, or isn't one, and counts as 0 (3 times)",
                                       "m.mtl:3: A colour has a component above 1, which is used as it is",
                                       "m.mtl:3: A negative number counts as 0 (2 times)",
@@ -521,7 +521,8 @@ TEST_F(ObjMaterials, TexturesAreNamedAsIgnored) {
   const Imported file = read_with("mtllib m.mtl\nusemtl m\nf 1 2 3\n");
   ASSERT_EQ(file.warnings.size(), 1U);
   EXPECT_EQ(file.warnings[0].pointer, "m.mtl:3");
-  EXPECT_FALSE(file.materials[0].diffuse.is_black()) << "black times a texture isn't black";
+  EXPECT_FALSE(std::get<WhittedSurface>(file.materials[0].surface).diffuse.is_black())
+      << "black times a texture isn't black";
 }
 
 TEST_F(ObjMaterials, ComeFromSeveralLibrariesWhoseNamesMayHoldBlanks) {
@@ -530,8 +531,10 @@ TEST_F(ObjMaterials, ComeFromSeveralLibrariesWhoseNamesMayHoldBlanks) {
   for (const char* libraries : {"mtllib a.mtl sub/b c.mtl\n", "mtllib a.mtl\nmtllib  sub\\b\\ c.mtl \n"}) {
     const Imported file = read_with(std::string("usemtl a \nf 1 2 3\nusemtl b b\nf 1 2 4\n") + libraries);
     ASSERT_EQ(file.parts.size(), 2U);
-    EXPECT_EQ(file.materials.at(file.parts[0].material.value()).diffuse, (Rgb{1, 0, 0}));
-    EXPECT_EQ(file.materials.at(file.parts[1].material.value()).diffuse, (Rgb{0, 1, 0}));
+    EXPECT_EQ(std::get<WhittedSurface>(file.materials.at(file.parts[0].material.value()).surface).diffuse,
+              (Rgb{1, 0, 0}));
+    EXPECT_EQ(std::get<WhittedSurface>(file.materials.at(file.parts[1].material.value()).surface).diffuse,
+              (Rgb{0, 1, 0}));
     ASSERT_EQ(file.warnings.size(), 1U) << "the second \"a\"";
     EXPECT_TRUE(file.warnings[0].pointer.ends_with("c.mtl:3")) << file.warnings[0].pointer;
   }

@@ -81,7 +81,7 @@ TEST_F(SharedData, NffFilesHaveTheirCountedEntities) {
     EXPECT_EQ(result->lights.size(), counts["l"]);
     EXPECT_EQ(result->materials.size(), counts["f"]);
     EXPECT_GE(triangles, counts["p"].get<std::size_t>() + counts["pp"].get<std::size_t>());
-    EXPECT_TRUE(result->camera && result->background);
+    EXPECT_TRUE(!result->cameras.empty() && result->background);
     for (const SceneWarning& warning : result->warnings) ADD_FAILURE() << warning.pointer << ": " << warning.detail;
   }
 }

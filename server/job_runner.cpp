@@ -42,7 +42,8 @@ bool is_noiseless(const RenderContext& context) {
   const Plan& plan = context.plan;
   if (is_dark(plan) && !context.settings.transparent && !asks_for_means(context.settings)) return true;
   const auto is_empty = [](const Tile& tile) { return tile.first_level == FirstLevel::nothing; };
-  if (std::ranges::all_of(plan.tiling.tiles, is_empty) && !context.scene->ground) return context.settings.transparent || plan.features.even_sky;
+  if (std::ranges::all_of(plan.tiling.tiles, is_empty) && !plan.features.ground)
+    return context.settings.transparent || plan.features.even_sky;
   return plan.integrator == IntegratorKind::whitted && !context.settings.jitter && !context.rays.has_lens();
 }
 

@@ -54,6 +54,7 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       options_(options),
       has_alpha_(features.alpha),
       has_textures_(features.textures),
+      has_ground_(features.ground),
       has_sky_(features.sky),
       has_emitters_(features.emitters),
       counts_(counts),
@@ -166,7 +167,7 @@ void PathTracer::add_escaped(const Path& path, const Ray& ray, Vec3 direction) {
   if (path.is_direct) {
     out_.covered[path.sum] = 1 - path.throughput.g;
     const Rgb seen = options_.hides_background ? Rgb() : background(path, direction);
-    if (scene_.ground && accel_ &&
+    if (has_ground_ &&
         ground_.add(ray, path.numbers.two(dimension(vertex_, Decision::bsdf)), seen, path.throughput.g, path.sum))
       return;
     if (!seen.is_black()) add(path.sum, seen);

@@ -77,7 +77,7 @@ class PathTracer final : public Integrator {
   const LightTable* lights_;
   const Sampler& sampler_;
   Options options_;
-  bool has_alpha_, has_textures_;
+  bool has_alpha_, has_textures_, has_ground_;
   bool has_sky_, has_emitters_;  ///< Which rays can meet by chance.
   RayCounts& counts_;
   TraceLog log_;

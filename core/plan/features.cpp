@@ -21,6 +21,7 @@ void add(const Material& material, Features& to) {
     to.reflection |= !whitted->reflect.is_black();
     to.refraction |= !whitted->transmit.is_black();
   }
+  to.rough_surfaces |= varies(material);  // somewhere, maybe
   for (const bool entering : {true, false}) {
     const Bsdf bsdf = make_bsdf(material.surface, entering);
     to.rough_surfaces |= has_smooth_lobes(bsdf);
@@ -79,6 +80,7 @@ Features features_of(const Scene& scene) {
   }
   if (features.emitters || features.alpha || features.textures) features.only_whitted = false;
   for (const Light& light : scene.lights) add(light, features);
+  features.ground = scene.ground && !scene.objects.empty();
   const bool has_environment = !is_black(environment_of(scene));
   features.lights += has_environment;
   features.sky |= has_environment;

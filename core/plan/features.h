@@ -24,6 +24,7 @@ struct Features {
   bool rough_surfaces = false;  ///< A surface with smooth lobes: lights are sampled there.
   bool transmission = false;    ///< A surface whose smooth lobes pass light.
   bool alpha = false;           ///< A surface that isn't all there.
+  bool ground = false;          ///< A ground, and something that may hide the sky from it.
   bool textures = false;        ///< A surface that isn't the same all over.
 };
 Features features_of(const Scene& scene);

@@ -141,6 +141,7 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
 }  // namespace
 
 bool needs_structure(const Plan& plan) {
+  if (plan.features.ground && traces_paths(plan.integrator)) return true;
   return std::ranges::any_of(plan.tiling.tiles, [](const Tile& t) { return t.first_level != FirstLevel::nothing; });
 }
 

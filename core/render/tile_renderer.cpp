@@ -48,7 +48,7 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
 }
 
 bool shows_ground(const RenderContext& context) {
-  return context.scene->ground && context.accel && traces_paths(context.plan.integrator);
+  return context.plan.features.ground && traces_paths(context.plan.integrator);
 }
 
 /// What a ray brings that hits nothing, wherever it goes; nothing where that depends on its direction.

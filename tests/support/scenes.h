@@ -19,6 +19,10 @@ class SceneBuilder {
     return static_cast<std::uint32_t>(scene_.materials.size() - 1);
   }
   std::uint32_t material(const WhittedSurface& surface) { return material(Material{surface}); }
+  std::uint32_t texture(const Texture& t) {
+    scene_.textures.push_back(t);
+    return static_cast<std::uint32_t>(scene_.textures.size() - 1);
+  }
   /// Takes a `Shape`, or one of its kinds.
   template <typename S>
   std::uint32_t shape(S&& s) {
@@ -49,6 +53,12 @@ class SceneBuilder {
  private:
   Scene scene_;
 };
+
+/// What an object sends out against `direction` where its geometric normal is `normal`.
+inline Rgb emitted(const Scene& scene, std::uint32_t object, Vec3 direction, Vec3d normal) {
+  const Material& material = scene.materials[scene.objects[object].material];
+  return dot(to_double(direction), normal) < 0 || material.emits_both_sides ? material.emission : Rgb{};
+}
 
 inline WhittedSurface diffuse(Rgb color) { return {.diffuse = color}; }
 inline WhittedSurface mirror_material() { return {.diffuse = {}, .reflect = {0.9F, 0.9F, 0.9F}}; }

@@ -68,12 +68,6 @@ inline std::optional<Met> meet(const Scene& scene, Vec3 origin, Vec3 direction) 
   return Met{*nearest, t, world_surface(scene, nearest->object, nearest->primitive, ray, t).geometric_normal};
 }
 
-/// What an object sends out against `direction` where its geometric normal is `normal`.
-inline Rgb emitted(const Scene& scene, std::uint32_t object, Vec3 direction, Vec3d normal) {
-  const Material& material = scene.materials[scene.objects[object].material];
-  return dot(to_double(direction), normal) < 0 || material.emits_both_sides ? material.emission : Rgb{};
-}
-
 /// The density that a table claims for a direction: of what a ray meets there, or of what lies behind all.
 inline double claimed_pdf(const LightTable& table, const Scene& scene, Vec3 from, Vec3 normal, Vec3 direction) {
   const auto met = meet(scene, from, direction);

@@ -7,6 +7,7 @@
 #include "core/material/conductor_bsdf.h"
 #include "core/material/dielectric_bsdf.h"
 #include "core/material/diffuse_bsdf.h"
+#include "core/material/layered_bsdf.h"
 #include "core/material/metallic_roughness_bsdf.h"
 #include "core/material/whitted_bsdf.h"
 #include "core/math/vec2.h"
@@ -24,7 +25,7 @@ namespace tessera {
 /// BSDF, a struct with the members that the functions below call (diffuse_bsdf.h is the shortest example), and
 /// `bsdf_of`, which makes it; (3) it is listed in `Bsdf`; (4) tests/unit/core/material/bsdf_cases.h lists examples of
 /// it, on which every test of BSDFs runs; (5) proto/read_material.cpp gives it a name on the wire.
-using Bsdf = std::variant<WhittedBsdf, DiffuseBsdf, ConductorBsdf, DielectricBsdf, MetallicRoughnessBsdf>;
+using Bsdf = std::variant<WhittedBsdf, DiffuseBsdf, ConductorBsdf, DielectricBsdf, MetallicRoughnessBsdf, LayeredBsdf>;
 
 /// `entering`: the viewer is outside, where the geometric normal points.
 inline Bsdf make_bsdf(const Surface& of, bool entering) {

@@ -6,7 +6,7 @@
 
 #include "core/material/fresnel.h"
 #include "core/material/ggx.h"
-#include "core/material/ggx_albedo.h"
+#include "core/material/highlight.h"
 #include "core/sampling/warp.h"
 
 namespace tessera {
@@ -14,29 +14,15 @@ namespace {
 
 constexpr float kDielectricF0 = 0.04F;
 
-/// What facets of reflectance `f0` at normal incidence reflect, by Schlick, and what comes back of it later. `lost` is
-/// what the facets lose of white light by what they keep.
-float reflected(float f0, float schlick_term, float lost) { return (f0 + (1 - f0) * schlick_term) * (1 + f0 * lost); }
-
-/// The same of the metal and the coat together.
+/// What the metal and the coat reflect together.
 Rgb reflected(const MetallicRoughnessBsdf& bsdf, float schlick_term, float lost) {
-  const float coat = (1 - bsdf.metallic) * reflected(kDielectricF0, schlick_term, lost);
-  const auto both = [&](float base) { return coat + bsdf.metallic * reflected(base, schlick_term, lost); };
+  const float coat = (1 - bsdf.metallic) * facets_reflect(kDielectricF0, schlick_term, lost);
+  const auto both = [&](float base) { return coat + bsdf.metallic * facets_reflect(base, schlick_term, lost); };
   return {both(bsdf.base_color.r), both(bsdf.base_color.g), both(bsdf.base_color.b)};
 }
 
-/// The highlight as a whole, from one direction.
-struct Highlight {
-  GgxAlbedo single;  ///< Without what scatters more than once.
-  float lost;
-
-  Highlight(float cos_theta, float roughness)
-      : single(roughness > 0 ? ggx_albedo(cos_theta, roughness) : GgxAlbedo{1, schlick(cos_theta)}),
-        lost(1 / single.white - 1) {}
-
-  /// What the coat doesn't reflect.
-  float passed() const { return 1 - single.white * reflected(kDielectricF0, single.schlick_mean, lost); }
-};
+/// What the coat doesn't reflect.
+float passed(const Highlight& highlight) { return highlight.passed(kDielectricF0); }
 
 /// E_avg's complement by roughness, from the least to 1: what is the same for all materials isn't integrated at each
 /// hit.
@@ -45,13 +31,13 @@ const auto kBaseMeans = [] {
   for (std::size_t i = 0; i < means.size(); ++i) {
     const float share = static_cast<float>(i) / static_cast<float>(means.size() - 1);
     const float roughness = kLeastRoughness + (1 - kLeastRoughness) * share;
-    means[i] = hemisphere_mean([&](float c) { return Highlight(c, std::min(roughness, 1.0F)).passed(); });
+    means[i] = hemisphere_mean([&](float c) { return passed(Highlight(c, std::min(roughness, 1.0F))); });
   }
   return means;
 }();
 
 float base_mean(float roughness) {
-  if (roughness == 0) return hemisphere_mean([](float c) { return Highlight(c, 0).passed(); });
+  if (roughness == 0) return hemisphere_mean([](float c) { return passed(Highlight(c, 0)); });
   const float at = (roughness - kLeastRoughness) / (1 - kLeastRoughness) * static_cast<float>(kBaseMeans.size() - 1);
   const std::size_t i = std::min(static_cast<std::size_t>(at), kBaseMeans.size() - 2);
   return kBaseMeans[i] + (kBaseMeans[i + 1] - kBaseMeans[i]) * (at - static_cast<float>(i));
@@ -65,7 +51,7 @@ struct View {
 
   View(const MetallicRoughnessBsdf& bsdf, Vec3 wo)
       : highlight(std::min(wo.z, 1.0F), bsdf.roughness),
-        base(bsdf.base_color * ((1 - bsdf.metallic) * highlight.passed())),
+        base(bsdf.base_color * ((1 - bsdf.metallic) * passed(highlight))),
         specular(reflected(bsdf, highlight.single.schlick_mean, highlight.lost) * highlight.single.white),
         specular_share(base.is_black() ? 1 : largest(specular) / (largest(specular) + largest(base))) {}
 };
@@ -74,7 +60,7 @@ BsdfValue evaluate_from(const View& view, const MetallicRoughnessBsdf& bsdf, Vec
   BsdfValue value;
   if (bsdf.metallic < 1) {
     const float pdf = cosine_hemisphere_pdf(wi.z);
-    value.f_cos = view.base * (Highlight(std::min(wi.z, 1.0F), bsdf.roughness).passed() / bsdf.base_mean * pdf);
+    value.f_cos = view.base * (passed(Highlight(std::min(wi.z, 1.0F), bsdf.roughness)) / bsdf.base_mean * pdf);
     value.pdf = (1 - view.specular_share) * pdf;
   }
   if (bsdf.roughness > 0) {

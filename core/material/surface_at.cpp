@@ -98,6 +98,13 @@ float* number_of(Surface& surface, TextureSlot slot) {
           if (slot == TextureSlot::metallic) return &s.metallic;
         if constexpr (requires { s.roughness; })
           if (slot == TextureSlot::roughness) return &s.roughness;
+        if constexpr (std::is_same_v<std::decay_t<decltype(s)>, Layered>) {
+          if (slot == TextureSlot::specular) return &s.specular;
+          if (slot == TextureSlot::transmission) return &s.transmission;
+          if (slot == TextureSlot::clearcoat) return &s.clearcoat;
+          if (slot == TextureSlot::clearcoat_roughness) return &s.clearcoat_roughness;
+          if (slot == TextureSlot::sheen_roughness) return &s.sheen_roughness;
+        }
         return nullptr;
       },
       surface);
@@ -215,6 +222,14 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
         break;
       case TextureSlot::emission:
         out.emission = out.emission * color_of(lookups[use.texture]);
+        break;
+      case TextureSlot::specular_color:
+        if (auto* layered = std::get_if<Layered>(&out.surface))
+          scale(&layered->specular_color, color_of(lookups[use.texture]));
+        break;
+      case TextureSlot::sheen_color:
+        if (auto* layered = std::get_if<Layered>(&out.surface))
+          scale(&layered->sheen_color, color_of(lookups[use.texture]));
         break;
       case TextureSlot::normal:
         apply_normal_map(object, at, use, scene.textures[use.texture].uv_set, lookups[use.texture], point);

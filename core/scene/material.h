@@ -51,7 +51,24 @@ struct MetallicRoughness {
   float roughness = 1;
 };
 
-using Surface = std::variant<WhittedSurface, Diffuse, Conductor, Dielectric, MetallicRoughness>;
+/// `MetallicRoughness` with what glTF's extensions put in it and on it: KHR_materials_ior, _specular, _transmission,
+/// _volume (whose absorption is the `Material`'s), _sheen, and above all that _clearcoat.
+struct Layered {
+  Rgb base_color{1, 1, 1};
+  float metallic = 1;
+  float roughness = 1;
+  float ior = 1.5F;    ///< Of the dielectric; > 0, or 0 for one that is infinite: then it reflects all but for tints.
+  float specular = 1;  ///< Weighs what the dielectric reflects.
+  Rgb specular_color{1, 1, 1};  ///< Tints it, least along the surface; ≥ 0, may exceed 1.
+  float transmission = 0;       ///< The share of what the dielectric doesn't reflect that passes, tinted by base_color.
+  bool thin = true;             ///< It passes straight, as through a sheet; else it is refracted, as into glass.
+  float clearcoat = 0;          ///< How much of the surface a coat of index 1.5 covers.
+  float clearcoat_roughness = 0;
+  Rgb sheen_color{};  ///< Of the fibres of cloth; black: there are none.
+  float sheen_roughness = 0;
+};
+
+using Surface = std::variant<WhittedSurface, Diffuse, Conductor, Dielectric, MetallicRoughness, Layered>;
 
 /// What a texture says something of. Those that a surface doesn't have are ignored.
 enum class TextureSlot : std::uint8_t {

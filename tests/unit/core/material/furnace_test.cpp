@@ -94,6 +94,34 @@ TEST(Furnace, AWhiteCoatedBaseGivesBackAllAtAnyMetallic) {
     }
 }
 
+TEST(Furnace, WhiteLayersGiveBackAllOrLetItPass) {
+  for (const float roughness : {0.0F, 0.1F, 0.35F, 0.7F, 1.0F})
+    for (const float metallic : {0.0F, 0.4F})
+      for (const float ior : {1.0F, 1.2F, 1.5F, 2.4F})
+        for (const float specular : {0.0F, 0.6F, 1.0F})
+          for (const float transmission : {0.0F, 0.3F, 1.0F})
+            for (const bool thin : {true, false}) {
+              const Layered surface{.metallic = metallic,
+                                    .roughness = roughness,
+                                    .ior = ior,
+                                    .specular = specular,
+                                    .transmission = transmission,
+                                    .thin = thin,
+                                    .clearcoat = 0.8F * roughness,
+                                    .clearcoat_roughness = 1 - roughness};
+              // Rough glass whose reflection is weighed down isn't given back all that its facets keep.
+              const double least = roughness > 0 && specular < 1 && transmission > 0 && !thin ? 0 : 0.985;
+              for (const bool entering : {true, false})
+                for (const double cos_theta : {1.0, 0.6, 0.1}) {
+                  const double got = seen(make_bsdf(surface, entering), at_angle(cos_theta), even_light, &Rgb::g,
+                                          effort(2048, 32'768));
+                  EXPECT_TRUE(got >= least && got <= 1.015)
+                      << got << ": " << roughness << ' ' << metallic << ' ' << ior << ' ' << specular << ' '
+                      << transmission << ' ' << thin << ' ' << entering << ' ' << cos_theta;
+                }
+            }
+}
+
 TEST(Furnace, NoMoreComesBackThanCame) {
   for (const BsdfCase& c : bsdf_cases()) {
     if (!c.keeps_energy) continue;
@@ -185,7 +213,8 @@ TEST(Furnace, Stress69_AClearPane) {
   for (const float ior : {1.1F, 1.5F, 2.4F}) {
     const Material glass{.surface = Dielectric{ior}};
     const auto part = [&](bool from_outside, bool passes) {
-      const auto s = sample(make_bsdf(glass.surface, from_outside), {0, 0, 1}, passes ? 0x1.fffffep-1F : 0, {0.5F, 0.5F});
+      const auto s =
+          sample(make_bsdf(glass.surface, from_outside), {0, 0, 1}, passes ? 0x1.fffffep-1F : 0, {0.5F, 0.5F});
       EXPECT_EQ(s->transmits, passes);
       return double{s->weight.g} * s->pdf;
     };
@@ -202,9 +231,13 @@ TEST(Furnace, Stress69_AClearPane) {
 TEST(Furnace, Stress76_RoughTendsToSmooth) {
   const auto surfaces = [](float roughness) {
     return std::vector<Surface>{Conductor{{0.143F, 0.375F, 1.442F}, {3.983F, 2.386F, 1.603F}, roughness},
-                                Dielectric{1.5F, roughness}, Dielectric{0.7F, roughness},
+                                Dielectric{1.5F, roughness},
+                                Dielectric{0.7F, roughness},
                                 MetallicRoughness{{0.8F, 0.5F, 0.2F}, 1, roughness},
-                                MetallicRoughness{{0.8F, 0.5F, 0.2F}, 0.2F, roughness}};
+                                MetallicRoughness{{0.8F, 0.5F, 0.2F}, 0.2F, roughness},
+                                Layered{.metallic = 0, .roughness = roughness, .transmission = 0.7F},
+                                Layered{.metallic = 0, .roughness = roughness, .transmission = 1, .thin = false},
+                                Layered{.roughness = 0.5F, .clearcoat = 1, .clearcoat_roughness = roughness}};
   };
   const auto smooth = surfaces(0);
   for (const float roughness : {1e-30F, 1e-3F, 0.0099999F, 0.01F, 0.0101F, 0.03F}) {

@@ -11,6 +11,7 @@
 #include "core/material/fresnel.h"
 #include "core/material/ggx_albedo.h"
 #include "core/material/shade.h"
+#include "core/material/sheen.h"
 #include "tests/support/random.h"
 #include "tests/unit/core/material/bsdf_cases.h"
 
@@ -168,6 +169,168 @@ TEST(MetallicRoughness, SmoothIsAMirrorOverABase) {
   EXPECT_FALSE(sample(bsdf, kUp, kLast, {0.5F, 0.5F})->is_delta);
   // Straight on the base gets 0.96 of the light, and what leaves it obliquely loses what the coat reflects there.
   expect_near(albedo(bsdf, kUp), {0.04F + 0.8F * 0.96F, 0.04F + 0.4F * 0.96F, 0.04F + 0.2F * 0.96F}, 1e-5);
+}
+
+TEST(Layered, WithoutLayersIsMetallicRoughness) {
+  for (int i = 0; i < 2000; ++i) {
+    Random random(i);
+    const auto unit = [&] { return i % 7 ? uniform_float(random) : float(random.bits() % 2); };
+    const Rgb base{unit(), unit(), unit()};
+    const float metallic = unit(), roughness = unit();
+    const Bsdf layered = make_bsdf(Layered{base, metallic, roughness}, true);
+    const Bsdf plain = make_bsdf(MetallicRoughness{base, metallic, roughness}, true);
+    const Vec3 wo = random_up(random), wi = random_up(random);
+    const BsdfValue got = evaluate(layered, wo, wi), want = evaluate(plain, wo, wi);
+    expect_near(got.f_cos, want.f_cos, 1e-5 * (1 + largest(want.f_cos)));
+    EXPECT_NEAR(got.pdf, want.pdf, 1e-5 * (1 + want.pdf));
+    expect_near(albedo(layered, wo), albedo(plain, wo), 1e-5);
+    const float u_lobe = uniform_float(random);
+    const Vec2 u{uniform_float(random), uniform_float(random)};
+    const auto drawn = sample(layered, wo, u_lobe, u), wanted = sample(plain, wo, u_lobe, u);
+    ASSERT_EQ(drawn.has_value(), wanted.has_value());
+    if (!wanted) continue;
+    expect_near(drawn->wi, wanted->wi);
+    EXPECT_EQ(drawn->is_delta, wanted->is_delta);
+    expect_near(drawn->weight, wanted->weight, 1e-4 * (1 + largest(wanted->weight)));
+    EXPECT_FALSE(drawn->transmits);
+  }
+}
+
+/// What comes out of each delta lobe, by where it goes: mirrored, and passed straight or refracted.
+struct Deltas {
+  Rgb mirrored{}, passed{};
+  Vec3 way{};
+
+  Deltas(const Bsdf& bsdf, Vec3 wo) {
+    // Over all of u_lobe: the mean of the weights of what is drawn is what the lobe sends back.
+    constexpr int kSteps = 4096;
+    for (int i = 0; i < kSteps; ++i) {
+      const auto s = sample(bsdf, wo, (static_cast<float>(i) + 0.5F) / kSteps, {0.5F, 0.5F});
+      if (!s || !s->is_delta) continue;
+      Rgb& sum = s->transmits ? passed : mirrored;
+      sum = sum + s->weight * (s->eta_scale / kSteps);
+      if (s->transmits) way = s->wi;
+    }
+  }
+};
+
+double schlick_of(double f0, double cos_theta) { return f0 + (1 - f0) * std::pow(1 - cos_theta, 5); }
+
+/// KHR_materials_transmission, with _ior and _specular: fresnel_mix, the passed part tinted by the base.
+TEST(Layered, AClearSheetIsTheExtensions) {
+  const Rgb base{0.9F, 0.5F, 0.1F};
+  for (const double cos_theta : {1.0, 0.6, 0.2}) {
+    const Vec3 wo = at_angle(cos_theta);
+    const Layered sheet{.base_color = base,
+                        .metallic = 0,
+                        .roughness = 0,
+                        .ior = 2,
+                        .specular = 0.5F,
+                        .specular_color = {1, 0.5F, 20},
+                        .transmission = 0.75F};
+    const Deltas got(make_bsdf(sheet, true), wo);
+    const double f0 = 1.0 / 9;
+    const auto fresnel = [&](double color) { return 0.5 * schlick_of(std::min(f0 * color, 1.0), cos_theta); };
+    expect_near(got.mirrored, {float(fresnel(1)), float(fresnel(0.5)), float(fresnel(20))}, 1e-3);
+    expect_near(got.passed, base * float(0.75 * (1 - fresnel(20))), 1e-3);
+    expect_near(got.way, -wo);
+  }
+}
+
+/// KHR_materials_transmission: the highlight's lobe, seen through the sheet, and the metal lets nothing pass.
+TEST(Layered, ARoughSheetIsTheHighlightBehindIt) {
+  const Layered sheet{.metallic = 0.25F, .roughness = 0.5F, .specular = 0, .transmission = 1};
+  const Layered white_metal{.metallic = 1, .roughness = 0.5F};
+  const Bsdf behind = make_bsdf(sheet, true), before = make_bsdf(white_metal, true);
+  for (int i = 0; i < 300; ++i) {
+    Random random(i);
+    const Vec3 wo = random_up(random), wi = random_up(random);
+    const float want = 0.75F * evaluate(before, wo, wi).f_cos.g;
+    EXPECT_NEAR(evaluate(behind, wo, {wi.x, wi.y, -wi.z}).f_cos.g, want, 1e-4 * want);
+  }
+}
+
+TEST(Layered, GlassIsADielectric) {
+  for (int i = 0; i < 1000; ++i) {
+    Random random(i);
+    const Rgb tint{0.9F, 0.5F, 0.1F};
+    const auto ior = static_cast<float>(random.uniform(1, 2.5));
+    const float roughness = i % 3 ? uniform_float(random) : 0;
+    const bool entering = i % 2 == 0;
+    const Layered layered{
+        .base_color = tint, .metallic = 0, .roughness = roughness, .ior = ior, .transmission = 1, .thin = false};
+    const Bsdf got = make_bsdf(layered, entering);
+    const Bsdf want = make_bsdf(Dielectric{ior, roughness, tint}, entering);
+    const Vec3 wo = random_up(random);
+    const float u_lobe = uniform_float(random);
+    const Vec2 u{uniform_float(random), uniform_float(random)};
+    const auto drawn = sample(got, wo, u_lobe, u), wanted = sample(want, wo, u_lobe, u);
+    ASSERT_EQ(drawn.has_value(), wanted.has_value());
+    if (!wanted) continue;
+    expect_near(drawn->wi, wanted->wi);
+    EXPECT_EQ(drawn->eta_scale, wanted->eta_scale);
+    expect_near(drawn->weight, wanted->weight, 4e-3 * (1 + largest(wanted->weight)));
+  }
+}
+
+/// KHR_materials_volume beside _specular: both ends of the Fresnel term are scaled, but total reflection stays total.
+TEST(Layered, TotalReflectionInGlassIsTotalWhateverItsSpecular) {
+  const Layered glass{.metallic = 0,
+                      .roughness = 0,
+                      .specular = 0.25F,
+                      .specular_color = {1, 0.5F, 0},
+                      .transmission = 1,
+                      .thin = false};
+  const Deltas beyond(make_bsdf(glass, false), at_angle(0.3));
+  expect_near(beyond.mirrored, {1, 1, 1}, 1e-5);
+  const Deltas straight(make_bsdf(glass, true), kUp);
+  expect_near(straight.mirrored, {0.01F, 0.005F, 0}, 1e-4);
+  expect_near(straight.passed, {0.99F, 0.99F, 0.99F}, 1e-3);
+}
+
+/// KHR_materials_clearcoat: mix(base, layer, clearcoat · fr(wo)).
+TEST(Layered, TheCoatIsTheExtensions) {
+  const Layered bare{.base_color = {0.9F, 0.5F, 0.1F}, .metallic = 0.5F, .roughness = 0.6F};
+  Layered coated = bare;
+  coated.clearcoat = 0.5F;
+  for (int i = 0; i < 300; ++i) {
+    Random random(i);
+    const Vec3 wo = random_up(random), wi = random_up(random);
+    const double weight = 0.5 * schlick_of(0.04, wo.z);
+    const Rgb base = evaluate(make_bsdf(bare, true), wo, wi).f_cos;
+    coated.clearcoat_roughness = 0;
+    expect_near(evaluate(make_bsdf(coated, true), wo, wi).f_cos, base * float(1 - weight), 1e-5 * (1 + largest(base)));
+    coated.clearcoat_roughness = 0.3F;
+    const Rgb both = evaluate(make_bsdf(coated, true), wo, wi).f_cos;
+    const double layer = appendix_highlight(wo, wi, 0.3, 1) * wi.z / ggx_albedo(wo.z, 0.3F).white;
+    EXPECT_NEAR(both.g, base.g * (1 - weight) + weight * layer, 1e-3 * both.g);
+  }
+  const Deltas mirror(make_bsdf(Layered{.base_color = {}, .roughness = 1, .clearcoat = 1}, true), kUp);
+  expect_near(mirror.mirrored, {0.04F, 0.04F, 0.04F}, 1e-5);
+}
+
+/// KHR_materials_sheen: sheenColor · sheen + base · min(1 - max3(sheenColor) E(wo), 1 - max3(sheenColor) E(wi)).
+TEST(Layered, TheSheenIsTheExtensions) {
+  const Layered bare{.base_color = {0.9F, 0.5F, 0.1F}, .metallic = 0, .roughness = 0.6F};
+  Layered cloth = bare;
+  cloth.sheen_color = {0.5F, 0.25F, 0.75F};
+  cloth.sheen_roughness = 0.6F;
+  for (int i = 0; i < 300; ++i) {
+    Random random(i);
+    const Vec3 wo = random_up(random), wi = random_up(random);
+    const Rgb base = evaluate(make_bsdf(bare, true), wo, wi).f_cos;
+    const float kept = 1 - 0.75F * std::max(sheen_albedo(wo.z, 0.6F), sheen_albedo(wi.z, 0.6F));
+    const float sheen = Sheen(wo, 0.6F).evaluate(wo, wi);
+    expect_near(evaluate(make_bsdf(cloth, true), wo, wi).f_cos, base * kept + cloth.sheen_color * sheen,
+                1e-5 * (1 + largest(base)));
+  }
+}
+
+/// KHR_materials_ior: an index of 0 is an infinite one.
+TEST(Layered, AnIorOf0ReflectsAll) {
+  const Bsdf bsdf = make_bsdf(Layered{.metallic = 0, .roughness = 0, .ior = 0}, true);
+  for (const double cos_theta : {1.0, 0.5, 0.1})
+    expect_near(Deltas(bsdf, at_angle(cos_theta)).mirrored, {1, 1, 1}, 1e-5);
 }
 
 }  // namespace

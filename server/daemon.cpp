@@ -26,6 +26,7 @@
 #include "server/image_cache.h"
 #include "server/job_runner.h"
 #include "server/job_table.h"
+#include "server/known_jobs.h"
 #include "server/listener.h"
 #include "server/log.h"
 #include "server/memory_reserve.h"
@@ -75,7 +76,7 @@ struct Backend {
         images(config.image_cache),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
-        services{config, blobs, scenes, jobs, images, runner} {}
+        services{config, blobs, scenes, jobs, known_jobs, images, runner} {}
 
   DataFolder folder;
   BlobStore blobs;
@@ -83,6 +84,7 @@ struct Backend {
   std::optional<WideStore> wide_store;
   StructureCache structures;
   JobTable jobs;
+  KnownJobs known_jobs;
   ImageCache images;
   Scheduler scheduler;
   JobRunner runner;

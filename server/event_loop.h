@@ -67,8 +67,9 @@ class Channel {
   int socket() const { return socket_.value(); }
 
   /// When waiting ends without anything having happened.
-  void expires_after(Clock::duration time) { deadline_ = Clock::now() + time; }
-  void never_expires() { deadline_ = Clock::time_point::max(); }
+  void expires_after(Clock::duration time) { expires_at(Clock::now() + time); }
+  void expires_at(Clock::time_point time) { deadline_ = time; }
+  void never_expires() { expires_at(Clock::time_point::max()); }
 
   /// `co_await channel.change()` waits until the socket may have become readable or writable, or a message comes;
   /// false when it is too late for that. Whoever awaits has tried before, and tries again: it says no more than "may".

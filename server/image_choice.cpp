@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/film/aov_table.h"
+#include "core/io/display_curve.h"
 #include "server/media_type.h"
 #include "server/query_errors.h"
 
@@ -110,8 +111,8 @@ std::optional<float> number(std::string_view text) {
   return value;
 }
 
-Look read_look(const Request& request, QueryErrors& errors) {
-  Look look;
+Look read_look(const Request& request, ToneMap tone_map, QueryErrors& errors) {
+  Look look{0, tone_map};
   if (const auto text = request.query("exposure")) {
     const auto stops = number(*text);
     if (stops && std::abs(*stops) <= kMostStops)
@@ -127,6 +128,21 @@ Look read_look(const Request& request, QueryErrors& errors) {
       errors.add("tone_map", "Give one of " + names_of(tone_map_names()) + ".");
   }
   return look;
+}
+
+/// What shows through; nothing where nothing has to, or where there is an error.
+std::optional<Rgb> read_background(const Request& request, const Settings& settings, QueryErrors& errors) {
+  const auto asked = request.query("background");
+  if (!asked) return std::nullopt;
+  const auto color = read_hex_color(*asked);
+  if (!color && *asked != "transparent" && *asked != "environment")
+    errors.add("background",
+               "Give a colour as six hexadecimal digits (ffffff), white, black, transparent or environment.");
+  else if (settings.transparent == (*asked == "environment"))
+    errors.add("background", settings.transparent ? "What is behind isn't in this image, which is transparent."
+                                                  : "Nothing of this image is transparent; submit the job with "
+                                                    "/settings/transparent.");
+  return color;
 }
 
 Precision read_precision(const Request& request, QueryErrors& errors) {
@@ -171,12 +187,23 @@ void check_parameters(const Request& request, Plane plane, const FormatEntry& fo
     refuse({"quality", "subsampling"}, "Only JPEG has this" + comes_as + "add format=jpeg.");
   if (format.format != ImageFormat::exr) refuse({"precision"}, "Only EXR has this" + comes_as + "add format=exr.");
   if (plane != kColorPlane)
-    refuse({"exposure", "tone_map"}, "Only the colour has this; leave it or aov out.");
+    refuse({"exposure", "tone_map", "background"}, "Only the colour has this; leave it or aov out.");
   else if (limits_of(format.format).values != PixelValues::display)
-    refuse({"exposure", "tone_map"}, "Only PNG and JPEG have this" + comes_as + "add format=png.");
+    refuse({"exposure", "tone_map", "background"}, "Only PNG and JPEG have this" + comes_as + "add format=png.");
 }
 
 }  // namespace
+
+std::optional<Rgb> read_hex_color(std::string_view text) {
+  if (text == "white") return Rgb{1, 1, 1};
+  if (text == "black") return Rgb{0, 0, 0};
+  if (text.starts_with('#')) text.remove_prefix(1);
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return std::nullopt;
+  const auto light = [&](int shift) { return display_light(static_cast<std::uint8_t>(value >> shift)); };
+  return Rgb{light(16), light(8), light(0)};
+}
 
 std::string able_formats(Plane plane, const Settings& settings) {
   std::string able;
@@ -186,14 +213,15 @@ std::string able_formats(Plane plane, const Settings& settings) {
   return able;
 }
 
-Result<ImageChoice> choose_image(const Request& request, const Settings& settings) {
+Result<ImageChoice> choose_image(const Request& request, const Settings& settings, const ImageDefaults& defaults) {
   QueryErrors errors;
   const bool partial = read_partial(request, errors);
   const auto plane = read_plane(request, errors);
   check_format(request, errors);
   Encoding encoding;
   encoding.jpeg = read_jpeg(request, errors);
-  encoding.look = read_look(request, errors);
+  encoding.look = read_look(request, defaults.tone_map, errors);
+  encoding.background = read_background(request, settings, errors);
   encoding.precision = read_precision(request, errors);
   encoding.transparent = settings.transparent;
   if (!errors.empty()) return std::move(errors).as_problem();
@@ -207,6 +235,10 @@ Result<ImageChoice> choose_image(const Request& request, const Settings& setting
   check_parameters(request, plane->plane, *format, errors);
   if (!errors.empty()) return std::move(errors).as_problem();
   encoding.format = format->format;
+  if (plane->plane != kColorPlane || limits_of(format->format).values != PixelValues::display)
+    encoding.look = {};
+  else if (!request.query("background") && settings.transparent)
+    encoding.background = defaults.background;
   return ImageChoice{plane->plane, *format, encoding, partial};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,15 +39,27 @@ struct ImageChoice {
   bool partial;
 };
 
+/// What a request needn't say.
+struct ImageDefaults {
+  ToneMap tone_map = ToneMap::none;
+  std::optional<Rgb> background;  ///< Of an image that is transparent, in formats for display.
+};
+
+/// A colour written as six hexadecimal digits, with or without a #, or as "white" or "black", in linear light; nothing
+/// when it is none.
+std::optional<Rgb> read_hex_color(std::string_view text);
+
 /// The formats that can hold a plane of an image that is rendered with these settings, as a list for people: "png
 /// (image/png), ...". Empty when there are none.
 std::string able_formats(Plane plane, const Settings& settings);
 
 /// The image that a request asks for by `?aov=`, `?partial=`, `?format=` or else its Accept header, for JPEG
 /// `?quality=` and `?subsampling=`, for the colour of PNG and JPEG `?exposure=` and `?tone_map=`, and for EXR
-/// `?precision=`, of a job that is rendered with these settings. Refusals: `malformed_request` for a value that means
-/// nothing, also with this format; `not_found` for an AOV that wasn't recorded; `not_acceptable` when no format that is
-/// accepted can hold the plane, or an image of this size.
-proto::Result<ImageChoice> choose_image(const Request& request, const Settings& settings);
+/// `?precision=`, and for what is transparent in PNG and JPEG `?background=`, of a job that is rendered with these
+/// settings. Refusals: `malformed_request` for a value that means nothing, also with this format; `not_found` for an
+/// AOV that wasn't recorded; `not_acceptable` when no format that is accepted can hold the plane, or an image of this
+/// size.
+proto::Result<ImageChoice> choose_image(const Request& request, const Settings& settings,
+                                        const ImageDefaults& defaults = {});
 
 }  // namespace tessera::server

@@ -77,6 +77,7 @@ struct JobOrder {
   proto::ContentHash scene_hash;
   std::uint64_t warnings;  ///< Of the scene.
   Settings settings;
+  std::chrono::steady_clock::duration parsing{};  ///< How long its document took to become that.
 };
 
 /// The structure that a job traces, in figures.

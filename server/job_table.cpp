@@ -75,12 +75,12 @@ std::uint64_t JobTable::leaving() {
   return bytes;
 }
 
-void JobTable::make_room(std::uint64_t film, Films& dropped) {
+void JobTable::make_room(std::uint64_t film, Aftermath& after) {
   // Films that are still being read are few, for an image is read by a thread that encodes it, and soon gone: more
   // ended ones make room for them, but no job is refused for them.
   for (std::uint64_t others = leaving() + film;
        !ended_images_.empty() && taken() + ended_bytes_ + others > limits_.film_bytes; others = leaving() + film)
-    drop_film(jobs_.find(ended_images_.front())->second, dropped);
+    drop_film(jobs_.find(ended_images_.front())->second, after);
 }
 
 std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
@@ -105,15 +105,16 @@ std::optional<Problem> JobTable::refusal(const Settings& settings) const {
   return refusal_of(std::min(film, limits_.film_bytes));
 }
 
-proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
+proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept) {
   const std::uint64_t image = image_bytes(order.settings), passes = passes_bytes(order.settings);
   const std::uint64_t film = image + passes;
-  Films dropped;  // Freed after the lock is.
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   if (auto problem = refusal_of(film)) return *std::move(problem);
-  make_room(film, dropped);
+  make_room(film, after);
 
   Job job;
+  job.kept = kept;
   job.progress = std::make_shared<Progress>();
   job.film_bytes = image;
   job.view.id = new_id();
@@ -129,6 +130,53 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order) {
   unfinished_bytes_ += image;
   ++unfinished_;
   return admitted;
+}
+
+JobTable::Aftermath::~Aftermath() {
+  while (told) std::exchange(told, told->next)->job_has_ended();
+}
+
+std::shared_ptr<const JobTable::Hold> JobTable::hold(const std::string& id) {
+  auto hold = std::make_shared<const Hold>(*this, id);
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return nullptr;  // What let it go finds nothing either.
+  ++found->second.holds;
+  return hold;
+}
+
+void JobTable::let_go(const std::string& id) noexcept {
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return;
+  Job& job = found->second;
+  if (--job.holds == 0 && !job.kept) end(job, JobState::canceled, after);
+}
+
+void JobTable::keep(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  if (Job* job = find_unfinished(id)) job->kept = true;
+}
+
+bool JobTable::wait(const std::string& id, Waiter& waiter) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  if (!job) return false;
+  waiter.next = std::exchange(job->waiters, &waiter);
+  return true;
+}
+
+bool JobTable::stop_waiting(const std::string& id, Waiter& waiter) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_unfinished(id);
+  if (!job) return false;
+  for (Waiter** at = &job->waiters; *at; at = &(*at)->next)
+    if (*at == &waiter) {
+      *at = waiter.next;
+      return true;
+    }
+  return false;
 }
 
 bool JobTable::change_state(Job& job, JobState to) {
@@ -151,8 +199,12 @@ bool JobTable::change_state(Job& job, JobState to) {
   return true;
 }
 
-bool JobTable::end(Job& job, JobState to, Films& dropped) {
+bool JobTable::end(Job& job, JobState to, Aftermath& after) {
   if (!change_state(job, to)) return false;
+  while (job.waiters) {
+    Waiter& waiter = *std::exchange(job.waiters, job.waiters->next);
+    waiter.next = std::exchange(after.told, &waiter);
+  }
   job.among_ended = job.spare_nodes.begin();
   ended_.splice(ended_.end(), job.spare_nodes, job.among_ended);
   if (job.film) {
@@ -160,16 +212,16 @@ bool JobTable::end(Job& job, JobState to, Films& dropped) {
     ended_images_.splice(ended_images_.end(), job.spare_nodes, job.among_images);
   }
   try {
-    while (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), dropped);
+    while (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), after);
   } catch (const std::bad_alloc&) {  // The next job that ends makes up for it.
   }
   return true;
 }
 
-void JobTable::drop_film(Job& job, Films& dropped) {
+void JobTable::drop_film(Job& job, Aftermath& after) {
   try {
     if (job.film.use_count() > 1) leaving_.emplace_back(job.film, job.film_bytes);
-    dropped.push_back(job.film);
+    after.films.push_back(job.film);
   } catch (const std::bad_alloc&) {  // Then it isn't counted any more, or freed here.
   }
   job.film.reset();
@@ -178,9 +230,9 @@ void JobTable::drop_film(Job& job, Films& dropped) {
   job.view.image = proto::ImageState::gone;
 }
 
-void JobTable::drop(Jobs::iterator ended, Films& dropped) {
+void JobTable::drop(Jobs::iterator ended, Aftermath& after) {
   Job& job = ended->second;
-  if (job.film) drop_film(job, dropped);
+  if (job.film) drop_film(job, after);
   ended_.erase(job.among_ended);
   jobs_.erase(ended);
 }
@@ -224,32 +276,32 @@ bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse
 }
 
 bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure) {
-  Films dropped;  // Freed after the lock is.
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
   if (structure) job->view.structure = structure;
-  if (!end(*job, JobState::completed, dropped)) return false;
+  if (!end(*job, JobState::completed, after)) return false;
   job->view.image = proto::ImageState::complete;
   return true;
 }
 
 bool JobTable::fail(const std::string& id, std::string why) {
-  Films dropped;
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
   if (!job) return false;
   spdlog::error("job {}: {}", id, why);
   job->view.error = std::move(why);
-  return end(*job, JobState::failed, dropped);
+  return end(*job, JobState::failed, after);
 }
 
 proto::Result<JobView> JobTable::cancel(const std::string& id) {
-  Films dropped;
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
-  if (!end(found->second, JobState::canceled, dropped))
+  if (!end(found->second, JobState::canceled, after))
     return Problem{ProblemCode::job_already_ended,
                    "The job is " + std::string(proto::name(found->second.view.state)) + "; there is nothing to cancel.",
                    {}};
@@ -257,7 +309,7 @@ proto::Result<JobView> JobTable::cancel(const std::string& id) {
 }
 
 std::optional<Problem> JobTable::remove(const std::string& id) {
-  Films dropped;  // Freed after the lock is.
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
@@ -265,7 +317,7 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
     return Problem{ProblemCode::job_still_active,
                    "The job is " + std::string(proto::name(found->second.view.state)) + "; cancel it first.",
                    {}};
-  drop(found, dropped);
+  drop(found, after);
   return std::nullopt;
 }
 
@@ -319,10 +371,10 @@ std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, s
 }
 
 void JobTable::shut_down() {
-  Films dropped;
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   closed_ = true;
-  for (auto& [id, job] : jobs_) end(job, JobState::canceled, dropped);  // The job at hand isn't what is forgotten.
+  for (auto& [id, job] : jobs_) end(job, JobState::canceled, after);  // The job at hand isn't what is forgotten.
 }
 
 }  // namespace tessera::server

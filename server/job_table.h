@@ -47,8 +47,40 @@ class JobTable {
   };
 
   /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
-  /// memory for its image, `shutting_down`.
-  proto::Result<Admitted> add(JobOrder order);
+  /// memory for its image, `shutting_down`. One that isn't `kept` ends when nobody holds it any more.
+  proto::Result<Admitted> add(JobOrder order, bool kept = true);
+
+  /// Holds a job for somebody who wants its image, and lets it go when it isn't wanted any more: then a job that is
+  /// neither held by others nor kept is canceled.
+  class Hold {
+   public:
+    Hold(JobTable& table, std::string id) : table_(table), id_(std::move(id)) {}
+    ~Hold() { table_.let_go(id_); }
+    Hold(const Hold&) = delete;
+
+   private:
+    JobTable& table_;
+    std::string id_;
+  };
+  /// Null for an unknown id.
+  std::shared_ptr<const Hold> hold(const std::string& id);
+  /// From now on the job goes on whoever lets it go.
+  void keep(const std::string& id);
+
+  /// Who waits for the end of a job.
+  struct Waiter {
+    /// Called once, by whatever thread ends the job.
+    virtual void job_has_ended() noexcept = 0;
+    Waiter* next = nullptr;
+
+   protected:
+    ~Waiter() = default;
+  };
+  /// From now on `waiter` waits, and lives until it has been told. False, and it doesn't wait, when the job has ended
+  /// or isn't there. Takes no memory.
+  bool wait(const std::string& id, Waiter& waiter);
+  /// `waiter` waits no longer; false when it has been told meanwhile, or is being told.
+  bool stop_waiting(const std::string& id, Waiter& waiter);
 
   /// Why `add` would refuse a job now that has the image of these settings, or one like the average of those that
   /// haven't ended, if that is smaller.
@@ -102,6 +134,9 @@ class JobTable {
  private:
   struct Job {
     JobView view;
+    bool kept = true;
+    std::uint32_t holds = 0;
+    Waiter* waiters = nullptr;  ///< A list through `next`.
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
     std::uint64_t film_bytes;            ///< Of its image, or set aside for it.
@@ -112,19 +147,27 @@ class JobTable {
   };
   using Jobs = std::map<std::string, Job, std::less<>>;
   using FilmPtr = std::shared_ptr<const Film>;
-  using Films = std::list<FilmPtr>;
+
+  /// What is done once the lock is given back: films are freed, and those told who waited.
+  struct Aftermath {
+    Aftermath() = default;
+    Aftermath(const Aftermath&) = delete;
+    ~Aftermath();
+    std::list<FilmPtr> films;
+    Waiter* told = nullptr;
+  };
 
   std::string new_id();
   /// The one function that changes states. Nothing happens when the job has ended.
   bool change_state(Job& job, proto::JobState to);
   /// Changes to a state that is an end, and forgets the oldest ended job if there are too many.
-  bool end(Job& job, proto::JobState to, Films& dropped);
-  /// Forgets a job that has ended. Its film is handed out, for the caller to free without the lock; and likewise below.
-  void drop(Jobs::iterator ended, Films& dropped);
+  bool end(Job& job, proto::JobState to, Aftermath& after);
+  /// Forgets a job that has ended.
+  void drop(Jobs::iterator ended, Aftermath& after);
   /// Drops the film of a job that has ended and has one.
-  void drop_film(Job& job, Films& dropped);
+  void drop_film(Job& job, Aftermath& after);
   /// Drops films of jobs that have ended until there is room for one of so many bytes, or none is left.
-  void make_room(std::uint64_t film, Films& dropped);
+  void make_room(std::uint64_t film, Aftermath& after);
   /// Bytes of films that have been dropped and aren't gone yet, because they are being read, and of copies.
   std::uint64_t leaving();
   /// Why no job with such a film is admitted.
@@ -132,6 +175,7 @@ class JobTable {
   /// Bytes that can't give way: of films of jobs that haven't ended, and of all passes.
   std::uint64_t taken() const { return unfinished_bytes_ + *passes_bytes_; }
   Job* find_unfinished(const std::string& id);
+  void let_go(const std::string& id) noexcept;
 
   const Limits limits_;
   mutable std::mutex mutex_;             ///< Guards what follows.

@@ -31,7 +31,7 @@ struct Request {
   std::map<std::string, std::string> headers;  ///< Names in lower case; repeated ones joined by ", ".
   std::string parameter;                       ///< The path segment that stands at the route's {…}; may be empty.
   std::string body;                            ///< Where the route takes a document.
-  std::unique_ptr<ReceivedFile> file;          ///< Where the route takes a file.
+  std::shared_ptr<ReceivedFile> file;          ///< Where the route takes a file.
   std::stop_token abandoned;                   ///< Requested when nobody waits for the answer any more.
 
   /// The header's value, or nothing.

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +16,10 @@
 
 namespace tessera::server {
 
+struct Later;
+struct Request;
+struct Services;
+
 /// What a handler answers.
 struct Response {
   int status = 200;
@@ -21,8 +28,21 @@ struct Response {
   std::shared_ptr<const std::vector<std::byte>> shared_body =
       nullptr;             ///< In place of `body`, where others hold it too.
   bool has_length = true;  ///< Not of an answer to HEAD for what would have to be made to know it.
+  std::shared_ptr<const Later> later = nullptr;  ///< Where there is one, this isn't the answer yet.
 
   std::string_view content() const;
+};
+
+/// A function that answers a request.
+using Handler = std::function<Response(Services&, Request&)>;
+
+/// The answer waits for a job, on no thread: it is what `then` answers, in the quick lane or else in the slow one, when
+/// the job has ended, or at `until` if that comes first. A client that hangs up meanwhile lets go of `hold`.
+struct Later {
+  std::string job;
+  std::optional<std::chrono::steady_clock::time_point> until;
+  std::shared_ptr<const void> hold;
+  Handler then;
 };
 
 Response json_response(int status, const nlohmann::json& body);

@@ -11,6 +11,7 @@
 #include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
+#include "server/job_draft.h"
 #include "server/media_type.h"
 #include "server/query_errors.h"
 
@@ -30,12 +31,13 @@ std::span<const Route> route_table() {
       {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::io, cancel_job},
       {"GET",
        "/v1/jobs/{id}/image",
-       {"aov", "format", "partial", "quality", "subsampling", "exposure", "tone_map", "precision"},
+       {"aov", "format", "partial", "quality", "subsampling", "exposure", "tone_map", "background", "precision"},
        Body::none,
        Place::quick,
        fetch_image},
       {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
+      {"POST", "/v1/render", render_query_names(), Body::asset, Place::quick, post_render},
       {"GET", "/livez", {}, Body::none, Place::io, livez},
       {"GET", "/readyz", {}, Body::none, Place::io, readyz},
       {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
@@ -100,12 +102,12 @@ std::optional<Problem> refuse_query(const Route& route, const Request& request) 
 }
 
 std::optional<Problem> refuse_body(const Route& route, const Request& request) {
-  if (route.body != Body::json) return std::nullopt;
-  if (!is_media_type(request.header("content-type").value_or(""), "application/json"))
+  if (route.body != Body::json && route.body != Body::asset) return std::nullopt;
+  if (route.body == Body::json && !is_media_type(request.header("content-type").value_or(""), "application/json"))
     return Problem{
         ProblemCode::unsupported_media_type, "Send JSON, with the header Content-Type: application/json.", {}};
   if (const auto encoding = request.header("content-encoding"); encoding && *encoding != "identity")
-    return Problem{ProblemCode::unsupported_media_type, "Send the document as it is, without a Content-Encoding.", {}};
+    return Problem{ProblemCode::unsupported_media_type, "Send the body as it is, without a Content-Encoding.", {}};
   return std::nullopt;
 }
 
@@ -148,9 +150,9 @@ std::variant<const Route*, Response> find_route(Request& request) {
   return response;
 }
 
-Response run_handler(const Route& route, Services& services, Request& request) {
+Response run_handler(const Route& route, const Handler& handle, Services& services, Request& request) {
   try {
-    return route.handle(services, request);
+    return handle(services, request);
   } catch (const proto::Abandoned&) {
     return {};  // Nobody is there to read it.
   } catch (const std::bad_alloc&) {

@@ -13,8 +13,9 @@
 
 namespace tessera::server {
 
-/// What a route takes as its body.
-enum class Body { none, json, file };
+/// What a route takes as its body: a document; a file that is to have the hash in the path; or a file of any type,
+/// which the handler finds out.
+enum class Body { none, json, file, asset };
 
 /// Where a handler runs: on an I/O thread what is answered from memory; in the quick lane what has little to do unless
 /// its document is large, or names large files; in the slow lane all else that computes or touches the disk.
@@ -36,9 +37,10 @@ std::span<const Route> route_table();
 /// of a type that it doesn't take.
 std::variant<const Route*, Response> find_route(Request& request);
 
-/// Runs the handler. An exception becomes a logged `internal_error`; std::bad_alloc and TooHeavy are passed on. Of a
-/// request that was abandoned the response means nothing: nobody reads it.
-Response run_handler(const Route& route, Services& services, Request& request);
+/// Runs a handler of the route, its own or one that goes on for it. An exception becomes a logged `internal_error`;
+/// std::bad_alloc and TooHeavy are passed on. Of a request that was abandoned the response means nothing: nobody reads
+/// it.
+Response run_handler(const Route& route, const Handler& handle, Services& services, Request& request);
 
 /// The table as text, one route a line: "GET /v1/jobs after limit state".
 std::string describe_routes();

@@ -16,9 +16,16 @@ using proto::Problem;
 using proto::ProblemCode;
 using proto::Result;
 
+namespace {
+
+/// Of hashes.
+constexpr std::uint64_t kMostDocuments = 4 << 20;
+
+}  // namespace
+
 SceneStore::SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
                        std::uint64_t cache_bytes)
-    : folder_(std::move(folder)), files_(files), limits_(limits), scenes_(cache_bytes) {}
+    : folder_(std::move(folder)), files_(files), limits_(limits), scenes_(cache_bytes), documents_(kMostDocuments) {}
 
 std::filesystem::path SceneStore::path_of(const ContentHash& hash) const {
   return folder_ / (hash.substr(hash.find(':') + 1) + ".json");
@@ -58,6 +65,24 @@ Result<ParsedScene> SceneStore::find(const ContentHash& hash, const std::stop_to
   const Found found = scenes_.get(hash, make, abandoned);
   if (!found) return found.problem();
   return ParsedScene{*found, hash};
+}
+
+Result<ParsedScene> SceneStore::parse_once(const ContentHash& document_hash, std::string_view document,
+                                           const proto::FileSource& files, const std::stop_token& abandoned) {
+  for (;;) {
+    std::optional<ParsedScene> scene;
+    const auto make = [&](const std::stop_token& unwanted) -> decltype(documents_)::Made {
+      auto parsed = proto::parse_scene(document, files, limits_, unwanted);
+      if (!parsed) return {parsed.problem(), std::nullopt};
+      scene = share(*std::move(parsed));
+      return {scene->hash, 0};
+    };
+    const auto hash = documents_.get(document_hash, make, abandoned);
+    if (!hash) return hash.problem();
+    if (scene) return *std::move(scene);
+    if (const auto kept = scenes_.find(*hash)) return ParsedScene{**kept, *hash};
+    documents_.drop_all(document_hash);
+  }
 }
 
 ParsedScene SceneStore::share(ParsedScene parsed) {

@@ -31,6 +31,12 @@ class SceneStore {
   /// at once, it is parsed once, by one while the others wait. Throws `Abandoned` once that is requested.
   proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash, const std::stop_token& abandoned);
 
+  /// The scene of a document that names no file by path, with blobs from `files`. It isn't kept on disk, but as long as
+  /// it is in memory, no document with this hash is parsed again, nor by two at once. Throws `Abandoned` once that is
+  /// requested.
+  proto::Result<proto::ParsedScene> parse_once(const proto::ContentHash& document_hash, std::string_view document,
+                                               const proto::FileSource& files, const std::stop_token& abandoned);
+
   /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.
   proto::ParsedScene share(proto::ParsedScene scene);
 
@@ -46,6 +52,7 @@ class SceneStore {
   const proto::FileSource& files_;
   const proto::Limits limits_;
   Scenes scenes_;
+  SingleFlight<proto::Result<proto::ContentHash>> documents_;  ///< By their hashes, those of their scenes.
 };
 
 }  // namespace tessera::server

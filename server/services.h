@@ -6,6 +6,7 @@ namespace tessera::server {
 
 struct Config;
 class BlobStore;
+class KnownJobs;
 class ImageCache;
 class SceneStore;
 class JobTable;
@@ -17,6 +18,7 @@ struct Services {
   BlobStore& blobs;
   SceneStore& scenes;
   JobTable& jobs;
+  KnownJobs& known_jobs;
   ImageCache& images;
   JobRunner& runner;
   std::atomic<bool> shutting_down{false};

@@ -24,6 +24,7 @@
 #include "server/blob_store.h"
 #include "server/chunked_body.h"
 #include "server/config.h"
+#include "server/job_table.h"
 #include "server/memory_reserve.h"
 #include "server/request_head.h"
 #include "server/router.h"
@@ -296,10 +297,23 @@ class Session {
     return std::nullopt;
   }
 
-  /// Runs the handler where it belongs.
+  /// Runs the handler where it belongs, and what goes on for it when a job has ended.
   Task<Response> handle(const RequestHead& head, const Route& route, Request& request) {
+    const bool may_ask = head.minor_version > 0;
+    Response response = co_await answer(route, route.handle, request, may_ask);
+    while (response.later) {
+      const std::shared_ptr<const Later> later = std::move(response.later);
+      co_await wait_for(*later, may_ask);
+      response = Response();
+      if (channel_.broken().stop_requested()) break;
+      response = co_await answer(route, later->then, request, may_ask);
+    }
+    co_return response;
+  }
+
+  Task<Response> answer(const Route& route, const Handler& handler, Request& request, bool may_ask) {
     Outcome outcome;
-    const auto run = [&] { outcome = run_guarded(route, request); };
+    const auto run = [&] { outcome = run_guarded(route, handler, request); };
     const auto run_briefly = [&] {
       const FileBudget budget(kQuickFiles);
       run();
@@ -308,19 +322,19 @@ class Session {
       run();
     } else {
       const bool is_quick = route.place == Place::quick && request.body.size() <= kQuickDocument;
-      if (is_quick) co_await run_on(connections_.quick, run_briefly, head.minor_version > 0);
-      if (!is_quick || outcome.was_too_heavy) co_await run_on(connections_.slow, run, head.minor_version > 0);
+      if (is_quick) co_await run_on(connections_.quick, run_briefly, may_ask);
+      if (!is_quick || outcome.was_too_heavy) co_await run_on(connections_.slow, run, may_ask);
     }
     if (!outcome.response && !channel_.broken().stop_requested()) throw std::bad_alloc();
     Response response = outcome.response.value_or(Response{});
     co_return response;
   }
 
-  Outcome run_guarded(const Route& route, Request& request) noexcept {
+  Outcome run_guarded(const Route& route, const Handler& handler, Request& request) noexcept {
     const MemoryReserve::Share share;
     Outcome outcome;
     try {
-      outcome.response = run_handler(route, services_, request);
+      outcome.response = run_handler(route, handler, services_, request);
     } catch (const TooHeavy&) {
       outcome.was_too_heavy = true;
     } catch (...) {  // No memory for the refusal either.
@@ -328,13 +342,8 @@ class Session {
     return outcome;
   }
 
-  /// Calls `function`, which doesn't throw, in a lane, while this coroutine waits and looks whether the client still
-  /// does: `channel_.broken()` is requested when it doesn't.
-  ///
-  /// A client that closes its side may have gone, or may just have no more to say, as `nc -N` does, and both look the
-  /// same from here until something is sent. So that it needn't be guessed, an interim response is (RFC 9110, 15.2):
-  /// who listens skips it, and for who has gone the system answers with a reset. HTTP/1.0 knows none, so that such a
-  /// client is worked for to the end.
+  /// Calls `function`, which doesn't throw, in a lane, while this coroutine waits: `channel_.broken()` is requested
+  /// when the client doesn't any more.
   template <typename WorkFunction>
   Task<bool> run_on(Lane& lane, WorkFunction& function, bool may_ask) {
     struct InLane final : Lane::Work {
@@ -349,17 +358,51 @@ class Session {
     };
     InLane in_lane(*this, function);
     in_lane.message.to = &channel_;
-    channel_.never_expires();
-    bool is_to_ask = false;
     lane.push(in_lane);
-    while (!in_lane.message.is_done) {
-      if (channel_.peer_has_finished() && may_ask && !is_to_ask) {
-        is_to_ask = true;
-        channel_.expires_after(kBeforeAsking);
-      }
-      const bool in_time = co_await channel_.change();
-      if (in_time || in_lane.message.is_done) continue;
-      channel_.never_expires();
+    const auto never = [] { return false; };
+    co_await wait_for_message(in_lane.message, Channel::Clock::time_point::max(), never, may_ask);
+    co_return true;
+  }
+
+  /// Waits for what an answer waits for, or until the client has gone.
+  Task<bool> wait_for(const Later& later, bool may_ask) {
+    struct Told final : JobTable::Waiter {
+      explicit Told(EventLoop& its_loop) : loop(its_loop) {}
+      void job_has_ended() noexcept override { loop.post(message); }
+      EventLoop& loop;
+      EventLoop::Message message;
+    };
+    Told told(loop_);
+    told.message.to = &channel_;
+    if (!services_.jobs.wait(later.job, told)) co_return true;
+    const auto until = later.until.value_or(Channel::Clock::time_point::max());
+    const auto has_stopped = [&] {
+      const bool is_over = channel_.broken().stop_requested() || Channel::Clock::now() >= until;
+      return is_over && services_.jobs.stop_waiting(later.job, told);
+    };
+    co_await wait_for_message(told.message, until, has_stopped, may_ask);
+    co_return true;
+  }
+
+  /// Waits for a message, or until `has_stopped`, at `until` at the latest, and looks whether the client still does.
+  ///
+  /// A client that closes its side may have gone, or may just have no more to say, as `nc -N` does, and both look the
+  /// same from here until something is sent. So that it needn't be guessed, an interim response is (RFC 9110, 15.2):
+  /// who listens skips it, and for who has gone the system answers with a reset. HTTP/1.0 knows none, so that such a
+  /// client is worked for to the end.
+  template <typename HasStopped>
+  Task<bool> wait_for_message(const EventLoop::Message& message, Channel::Clock::time_point until,
+                              const HasStopped& has_stopped, bool may_ask) {
+    std::optional<Channel::Clock::time_point> to_ask;
+    bool has_asked = false;
+    while (!message.is_done && !has_stopped()) {
+      if (channel_.peer_has_finished() && may_ask && !has_asked && !to_ask)
+        to_ask = Channel::Clock::now() + kBeforeAsking;
+      channel_.expires_at(to_ask ? std::min(*to_ask, until) : until);
+      co_await channel_.change();
+      if (message.is_done || !to_ask || Channel::Clock::now() < *to_ask) continue;
+      to_ask.reset();
+      has_asked = true;
       const ssize_t sent =
           ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       // A part of it would stand in the middle of what follows.
@@ -383,7 +426,7 @@ class Session {
       wrong = too_large;
       co_return wrong;
     }
-    if (route.body == Body::file) request.file = services_.blobs.receive();
+    if (route.body != Body::json) request.file = services_.blobs.receive();
     if (head.has_body() && head.expects_continue && input_.bytes().empty()) {
       co_await write(kContinue, {});
       has_answered_ = false;  // That was no answer yet.
@@ -398,9 +441,10 @@ class Session {
       std::string_view data = head.is_chunked ? chunked.next(bytes) : bytes.substr(0, std::min(left, bytes.size()));
       if (chunked.problem()) co_return chunked.problem();
       total += data.size();
+      const bool takes_memory = route.body == Body::json || total <= ReceivedFile::kMostInMemory;
       if (total > limit) {
         wrong = too_large;
-      } else if (route.body == Body::json && !share.grow(data.size(), services_.config.max_bodies)) {
+      } else if (takes_memory && !share.grow(data.size(), services_.config.max_bodies)) {
         wrong = problem(ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.");
       } else if (route.body == Body::json) {
         request.body.append(data);
@@ -424,7 +468,10 @@ class Session {
             failure = std::current_exception();
           }
         };
-        co_await run_on(connections_.quick, write_to_file, head.minor_version > 0);
+        if (request.file->has_memory_for(piece.size()))
+          write_to_file();
+        else
+          co_await run_on(connections_.quick, write_to_file, head.minor_version > 0);
         if (failure) std::rethrow_exception(failure);
         piece.clear();
       }

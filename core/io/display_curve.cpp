@@ -69,4 +69,10 @@ std::uint8_t display_byte(float linear) {
   return linear < 1 ? kStaircase(linear) : 255;
 }
 
+float display_light(std::uint8_t byte) {
+  const double encoded = byte / 255.0;
+  if (encoded <= 0.04045) return static_cast<float>(encoded / 12.92);
+  return static_cast<float>(portable_exp2(portable_log2((encoded + 0.055) / 1.055) * 2.4));
+}
+
 }  // namespace tessera

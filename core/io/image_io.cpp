@@ -155,6 +155,27 @@ std::function<Color(std::size_t)> color_by_heat(const Values& values) {
   return [=](std::size_t i) { return heat_color(scalar(values[i]) / most); };
 }
 
+/// A colour as it is shown, over what shows through.
+class Composite {
+ public:
+  Composite(Display display, Coverage coverage, Rgb background)
+      : display_(display), coverage_(coverage), background_(background) {}
+
+  Rgb operator()(Rgb color, std::size_t i) const {
+    const float part = std::clamp(coverage_[i], 0.0F, 1.0F);
+    const Rgb shown = display_(uncovered(color, part));
+    const auto over = [&](float above, float below) {
+      return part > 0 ? std::clamp(above, 0.0F, 1.0F) * part + below * (1 - part) : below;
+    };
+    return {over(shown.r, background_.r), over(shown.g, background_.g), over(shown.b, background_.b)};
+  }
+
+ private:
+  Display display_;
+  Coverage coverage_;
+  Rgb background_;
+};
+
 /// A plane for people to look at. Precondition: it isn't `kAllPlanes`.
 ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, const Look& look_of_color,
                      std::optional<Coverage> alpha) {
@@ -267,7 +288,23 @@ Changed(Values, Change) -> Changed<Values, Change>;
 
 bool has(const Pixels& p, Plane plane) { return !plane.aov || p.has(*plane.aov); }
 
+Raster composite_raster(const Pixels& p, const Done* done, const Encoding& encoding) {
+  const Composite composite(Display(encoding.look), coverage_of(p, kColorPlane, done, encoding.transparent),
+                            *encoding.background);
+  const auto color_of = [=, color = DonePlane<Rgb>(p.color, {}, done)](std::size_t i) {
+    const Rgb shown = composite(color[i], i);
+    return Color{display_byte(shown.r), display_byte(shown.g), display_byte(shown.b)};
+  };
+  Raster raster{p.rect.width(),
+                p.rect.height(),
+                {},
+                display_rows(static_cast<std::size_t>(p.rect.width()), std::nullopt, color_of)};
+  for (const char* name : {"R", "G", "B"}) raster.channels.push_back({name, ChannelType::byte});
+  return raster;
+}
+
 Raster display_raster(const Pixels& p, Plane plane, const Done* done, const Encoding& encoding) {
+  if (!plane.aov && encoding.background) return composite_raster(p, done, encoding);
   std::optional<Coverage> alpha;
   if (limits_of(encoding.format).alpha) alpha = coverage_of(p, plane, done, encoding.transparent);
   if (alpha && !alpha->is_partial()) alpha.reset();

@@ -33,6 +33,8 @@ struct Encoding {
   Look look = {};                           ///< Of the colour in PNG and JPEG.
   Precision precision = Precision::single;  ///< Of EXR.
   bool transparent = false;                 ///< Colour has the recorded alpha. Precondition: it is recorded.
+  /// Linear display values, 0 to 1, that show through where colour in PNG and JPEG is transparent.
+  std::optional<Rgb> background = std::nullopt;
 };
 
 /// Whether files of a format can hold that plane of an image, and, with `partial`, that some of it isn't there yet: by
@@ -51,6 +53,9 @@ bool can_hold(ImageFormat format, Plane plane, std::uint32_t width, std::uint32_
 ///
 /// Where colour is transparent, that of a pixel is what covers it over black. It is so in EXR, beside channel "A", and
 /// in JPEG and HDR, which have no alpha; a PNG holds the colour of what covers it and how much that is.
+///
+/// With a `background` nothing is transparent: what covers a pixel, as it is shown, is laid over it in linear light, so
+/// that it is exactly the colour that was asked for where nothing is.
 ///
 /// `done`, one byte a pixel where given, tells the pixels that may be read. The others look as if nothing were there,
 /// and are transparent in PNG and EXR, which get an alpha channel.

@@ -18,6 +18,8 @@ Response show_job(Services& services, Request& request);
 Response cancel_job(Services& services, Request& request);
 Response delete_job(Services& services, Request& request);
 
+Response post_render(Services& services, Request& request);
+
 Response fetch_image(Services& services, Request& request);
 Response show_plan(Services& services, Request& request);
 Response show_stats(Services& services, Request& request);

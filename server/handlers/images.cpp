@@ -16,6 +16,7 @@
 #include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/picture.h"
 #include "server/image_cache.h"
 #include "server/image_choice.h"
 #include "server/job_table.h"
@@ -76,6 +77,9 @@ std::string key_of(const std::string& id, const ImageChoice& choice, const std::
   if (encoding.look != Look())
     key += " look " + std::to_string(std::bit_cast<std::uint32_t>(encoding.look.exposure)) + '/' +
            std::to_string(static_cast<int>(encoding.look.tone_map));
+  if (const auto& behind = encoding.background)
+    for (const float channel : {behind->r, behind->g, behind->b})
+      key += " over " + std::to_string(std::bit_cast<std::uint32_t>(channel));
   if (versions) {
     key += " tiles";
     for (const std::uint32_t version : *versions) key += ' ' + std::to_string(version);
@@ -113,6 +117,66 @@ EncodedImage encode_picture(JobTable& jobs, const Picture& picture, const std::s
 
 }  // namespace
 
+std::string picture_etag(const std::string& identity, const ImageChoice& choice) {
+  return etag_of(key_of(identity, choice, nullptr));
+}
+
+bool is_known(const Request& request, const std::string& etag) {
+  return covers(request.header("if-none-match").value_or(""), etag);
+}
+
+bool is_encoded(Services& services, const std::string& job, const ImageChoice& choice) {
+  return services.images.find(key_of(job, choice, nullptr)).has_value();
+}
+
+Response picture_response(Services& services, const Request& request, const JobView& job, const ImageChoice& choice,
+                          const std::string& identity) {
+  const bool complete = job.image == ImageState::complete || job.image == ImageState::gone;
+  std::vector<std::uint32_t> versions;
+  std::shared_ptr<const Film> film;
+  if (!complete) {
+    auto found = services.jobs.film(job.id);
+    if (!found) return problem_response(found.problem());
+    film = *std::move(found);
+    if (FileBudget::is_limited() && film->tile_count() > kQuickTiles) throw TooHeavy{};
+    versions = film->versions();
+  }
+  const std::string key = key_of(job.id, choice, complete ? nullptr : &versions);
+  const std::string etag = complete ? picture_etag(identity, choice) : etag_of(key);
+  Response response;
+  response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
+  if (is_known(request, etag)) {
+    response.status = 304;
+    return response;
+  }
+  auto image = services.images.find(key);
+  if (!image && FileBudget::is_limited() && !request.is_head) throw TooHeavy{};  // Encoding is for the slow lane.
+  response.headers.emplace_back("Content-Type", choice.format.media_type);
+  if (!image && request.is_head) {  // Its length isn't worth encoding it.
+    response.has_length = false;
+    return response;
+  }
+  if (!image && complete) {
+    auto found = services.jobs.film(job.id);
+    if (!found) return problem_response(found.problem());
+    film = *std::move(found);
+  }
+  if (!image) {
+    const Picture picture{job.id, std::move(film), complete, choice};
+    const auto make = [&](const std::stop_token& unwanted) {
+      EncodedImage made = encode_picture(services.jobs, picture, unwanted);
+      spdlog::debug("job {}: encoded as {}", job.id, choice.format.name);
+      // Of an image that goes on to grow, this will hardly be asked for again.
+      const auto bytes = proto::has_ended(job.state) ? std::optional(made->bytes.size()) : std::nullopt;
+      return ImageCache::Made{std::move(made), bytes};
+    };
+    image = services.images.get(key, make, request.abandoned);
+  }
+  if (!complete) response.headers.front().second = (*image)->etag;  // More may have been stored meanwhile.
+  response.shared_body = {*image, &(*image)->bytes};
+  return response;
+}
+
 Response fetch_image(Services& services, Request& request) {
   const auto job = services.jobs.find(request.parameter);
   if (!job) return problem_response(job.problem());
@@ -123,42 +187,8 @@ Response fetch_image(Services& services, Request& request) {
         {ProblemCode::image_not_ready,
          "The job is " + std::string(proto::name(job->state)) + "; ?partial=1 gives the image so far.",
          {}});
-  auto film = services.jobs.film(job->id);
-  if (!film) return problem_response(film.problem());
-
-  const bool complete = job->image == ImageState::complete;
-  const Picture picture{job->id, *std::move(film), complete, *choice};
-  if (!complete && FileBudget::is_limited() && picture.film->tile_count() > kQuickTiles) throw TooHeavy{};
-  std::vector<std::uint32_t> versions;
-  if (!complete) versions = picture.film->versions();
-  const std::string key = key_of(job->id, *choice, complete ? nullptr : &versions);
-  const std::string etag = etag_of(key);
-  Response response;
-  response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
-  if (covers(request.header("if-none-match").value_or(""), etag)) {
-    response.status = 304;
-    return response;
-  }
-  auto image = services.images.find(key);
-  if (!image && FileBudget::is_limited() && !request.is_head) throw TooHeavy{};  // Encoding is for the slow lane.
-  response.headers.emplace_back("Content-Type", choice->format.media_type);
-  if (!image && request.is_head) {  // Its length isn't worth encoding it.
-    response.has_length = false;
-    return response;
-  }
-  if (!image) {
-    const auto make = [&](const std::stop_token& unwanted) {
-      EncodedImage made = encode_picture(services.jobs, picture, unwanted);
-      spdlog::debug("job {}: encoded as {}", job->id, choice->format.name);
-      // Of an image that goes on to grow, this will hardly be asked for again.
-      const auto bytes = proto::has_ended(job->state) ? std::optional(made->bytes.size()) : std::nullopt;
-      return ImageCache::Made{std::move(made), bytes};
-    };
-    image = services.images.get(key, make, request.abandoned);
-  }
-  response.headers.front().second = (*image)->etag;  // More may have been stored meanwhile.
-  response.shared_body = {*image, &(*image)->bytes};
-  return response;
+  if (const auto film = services.jobs.film(job->id); !film) return problem_response(film.problem());
+  return picture_response(services, request, *job, *choice, job->id);
 }
 
 }  // namespace tessera::server

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 from daemon import SOURCE, Daemon, Reply
-from documents import SMALL_JOB, SPHERE, crowd
+from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE, crowd
 from schema import faults, resolve
 
 METHODS = ("get", "put", "post", "delete")
@@ -93,6 +93,7 @@ class OpenApiTest(unittest.TestCase):
     def test_every_documented_response(self):
         self.exercise_documents()
         self.exercise_jobs()
+        self.exercise_render()
         self.exercise_bad_requests()
         self.exercise_shutdown()
         documented = {
@@ -188,6 +189,38 @@ class OpenApiTest(unittest.TestCase):
             daemon.wait_ended(daemon.submit(SMALL_JOB))
             self.ask(daemon, 410, "get", "/v1/jobs/{id}/image", id=gone)
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=gone)
+
+    def exercise_render(self):
+        """One thread, so that what comes after the endless waits."""
+        render = ("post", "/v1/render")
+        with Daemon("--threads", "1", "--max-jobs", "2", "--max-blob", "2000") as daemon:
+            reply = self.ask(daemon, 200, *render, TRIANGLE, query="?width=8&samples=1")
+            for media_type in ("image/jpeg", "image/x-exr", "image/vnd.radiance"):
+                headers = {"Accept": media_type}
+                self.assertEqual(
+                    self.ask(daemon, 200, *render, TRIANGLE, headers, "?width=8&samples=1").media_type, media_type
+                )
+            self.ask(daemon, 304, *render, TRIANGLE, {"If-None-Match": reply.headers["ETag"]}, "?width=8&samples=1")
+            self.ask(daemon, 400, *render, TRIANGLE, query="?width=0")
+            self.ask(daemon, 406, *render, TRIANGLE, {"Accept": "text/html"})
+            self.ask(daemon, 413, *render, TRIANGLE + " " * 2000)
+            self.ask(daemon, 415, *render, "words")
+            self.ask(daemon, 422, *render, {"objects": 1})
+            endless = self.ask(daemon, 202, *render, ENDLESS_PIXEL, {"Prefer": "respond-async"})
+            waiting = daemon.connect()
+            waiting.request("POST", "/v1/render", json.dumps({**ENDLESS_PIXEL, "name": "2"}), {"Content-Type": "application/json"})
+            endless = [endless.json()["id"]]
+            while len(endless) < 2:
+                endless = [job["id"] for job in daemon.request("GET", "/v1/jobs").json()["jobs"][1:]]
+            self.ask(daemon, 429, *render, TRIANGLE)
+            for job in endless:
+                self.ask(daemon, 202, "post", "/v1/jobs/{id}/cancel", id=job)
+            reply = Reply(waiting.getresponse())
+            waiting.close()
+            self.assertEqual(reply.status, 409)
+            self.check(*render, reply)
+        with Daemon("--max-bodies", "10") as daemon:
+            self.ask(daemon, 503, *render, TRIANGLE)
 
     def exercise_bad_requests(self):
         """Everything answers; nothing takes a query parameter that isn't documented."""

@@ -1,0 +1,233 @@
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include "proto/parse.h"
+#include "server/asset.h"
+#include "server/config.h"
+#include "server/handlers/handlers.h"
+#include "server/handlers/picture.h"
+#include "server/http_syntax.h"
+#include "server/image_choice.h"
+#include "server/job_draft.h"
+#include "server/job_submission.h"
+#include "server/job_table.h"
+#include "server/known_jobs.h"
+#include "server/scene_store.h"
+
+namespace tessera::server {
+using proto::ImageState;
+using proto::JobState;
+using proto::Problem;
+using proto::ProblemCode;
+using proto::Result;
+
+namespace {
+
+using Clock = JobTimes::Clock;
+
+/// How long a client wants to wait (RFC 7240).
+struct Preference {
+  bool respond_async = false;
+  std::optional<std::chrono::seconds> wait;
+
+  /// As it is told to have been followed.
+  std::string applied() const {
+    std::string text = respond_async ? "respond-async" : "";
+    if (wait) text += (text.empty() ? "wait=" : ", wait=") + std::to_string(wait->count());
+    return text;
+  }
+  /// Nothing for as long as it takes.
+  std::optional<Clock::time_point> until(Clock::time_point begin) const {
+    if (wait) return begin + *wait;
+    return respond_async ? std::optional(begin) : std::nullopt;
+  }
+};
+
+/// Preferences that aren't known, or make no sense, are passed over, as the RFC has it.
+Preference read_preference(const Request& request) {
+  constexpr unsigned kMostSeconds = 24 * 3600;
+  Preference preference;
+  std::string_view list = request.header("prefer").value_or("");
+  while (!list.empty()) {
+    const std::size_t comma = list.find(',');
+    std::string_view item = list.substr(0, comma);
+    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
+    item = trimmed(item.substr(0, item.find(';')));
+    if (equal_but_for_case(item, "respond-async")) preference.respond_async = true;
+    const std::size_t equals = item.find('=');
+    if (equals == std::string_view::npos || !equal_but_for_case(trimmed(item.substr(0, equals)), "wait")) continue;
+    const std::string_view text = trimmed(item.substr(equals + 1));
+    unsigned seconds = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+    if (error == std::errc() && end == text.data() + text.size() && seconds <= kMostSeconds)
+      preference.wait = std::chrono::seconds(seconds);
+  }
+  return preference;
+}
+
+/// A job whose image is wanted, and what of it.
+struct Wanted {
+  std::string job;
+  ImageDefaults defaults;
+  std::string identity;  ///< What the pixels depend on.
+  Preference preference;
+};
+
+void add_timing(std::string& text, const char* name, Clock::duration time) {
+  char entry[64];
+  std::snprintf(entry, sizeof entry, "%s%s;dur=%.3f", text.empty() ? "" : ", ", name,
+                std::chrono::duration<double, std::milli>(time).count());
+  text += entry;
+}
+
+/// How long the steps of a job have taken (https://www.w3.org/TR/server-timing/), in milliseconds.
+std::string timing_of(const JobView& job, Clock::duration encoding) {
+  const JobTimes& times = job.times;
+  std::string text;
+  add_timing(text, "parse", job.order->parsing);
+  if (times.preparing) add_timing(text, "queue", *times.preparing - times.queued);
+  if (times.preparing && times.rendering) add_timing(text, "build", *times.rendering - *times.preparing);
+  if (times.rendering && times.ended) add_timing(text, "render", *times.ended - *times.rendering);
+  add_timing(text, "encode", encoding);
+  return text;
+}
+
+Problem ended_early(const JobView& job, bool shutting_down) {
+  if (job.state == JobState::failed)
+    return {ProblemCode::internal_error, "The job " + job.id + " failed: " + job.error + ".", {}};
+  if (shutting_down)
+    return {ProblemCode::shutting_down, "The server is about to stop; send the request again soon.", {}};
+  return {ProblemCode::image_not_ready, "The job " + job.id + " was canceled before its image was complete.", {}};
+}
+
+Response accepted(Services& services, const JobView& job, const Preference& preference) {
+  services.jobs.keep(job.id);
+  Response response = json_response(202, to_json(status_of(job, Clock::now())));
+  response.headers.emplace_back("Preference-Applied", preference.applied());
+  return response;
+}
+
+/// The image, as soon as there is one.
+Response answer(Services& services, Request& request, const Wanted& wanted) {
+  const auto job = services.jobs.find(wanted.job);
+  if (!job) return post_render(services, request);  // It has been forgotten meanwhile,
+  Response response;
+  if (!proto::has_ended(job->state)) {
+    response = accepted(services, *job, wanted.preference);
+  } else if (job->state != JobState::completed) {
+    response = problem_response(ended_early(*job, services.shutting_down));
+  } else {
+    const auto choice = choose_image(request, job->order->settings, wanted.defaults);
+    if (!choice) return problem_response(choice.problem());
+    if (job->image == ImageState::gone && !is_encoded(services, job->id, *choice))
+      return post_render(services, request);  // or its image has given way.
+    const auto begin = Clock::now();
+    response = picture_response(services, request, *job, *choice, wanted.identity);
+    response.headers.emplace_back("Server-Timing", timing_of(*job, Clock::now() - begin));
+  }
+  response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
+  return response;
+}
+
+Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDraft& draft,
+                            const std::stop_token& abandoned) {
+  const proto::Limits& limits = services.config.documents;
+  std::optional<proto::ParsedScene> scene;
+  std::string document = draft.job;
+  if (asset.kind != AssetKind::job_document) {
+    auto parsed = draft.names_paths ? proto::parse_scene(draft.scene, *asset.files, limits, abandoned)
+                                    : services.scenes.parse_once(draft.scene_key, draft.scene, *asset.files, abandoned);
+    if (!parsed) return scene_problem(parsed.problem(), asset);
+    scene = *std::move(parsed);
+    document.back() = ',';
+    document += "\"scene\":\"" + scene->hash + "\"}";
+  }
+  auto job = proto::parse_job(document, *asset.files, limits, abandoned);
+  if (!job) return job_problem(job.problem(), asset);
+  if (scene) job->scene = *std::move(scene);
+  auto prepared = prepare_job(services, *std::move(job), abandoned);
+  if (!prepared) return job_problem(prepared.problem(), asset);
+  return prepared;
+}
+
+/// Whether a job that was made before still has what is asked for, or will have.
+bool is_of_use(Services& services, const Request& request, const std::string& id, const JobDraft& draft) {
+  const auto job = services.jobs.find(id);
+  if (!job || job->state == JobState::failed || job->state == JobState::canceled) return false;
+  if (job->image != ImageState::gone) return true;
+  const auto choice = choose_image(request, job->order->settings, draft.image);
+  return !choice || is_encoded(services, id, *choice);
+}
+
+struct Held {
+  std::string job;
+  std::shared_ptr<const JobTable::Hold> hold;
+};
+
+/// The job that the draft becomes, or has become before.
+Result<Held> find_or_start(Services& services, const Request& request, const Asset& asset, const JobDraft& draft) {
+  for (;;) {
+    std::optional<Held> started;
+    const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
+      const auto begin = Clock::now();
+      auto job = prepare(services, asset, draft, unwanted);
+      if (!job) return {job.problem(), std::nullopt};
+      job->parsing = Clock::now() - begin;
+      auto id = start_job(services, *job, false);
+      if (!id) return {id.problem(), std::nullopt};
+      started = Held{*id, services.jobs.hold(*id)};
+      return {*id, draft.names_paths ? std::nullopt : std::optional<std::uint64_t>(id->size())};
+    };
+    const auto id = services.known_jobs.get(draft.key, make, request.abandoned);
+    if (!id) return id.problem();
+    if (started) return *std::move(started);
+    Held held{*id, services.jobs.hold(*id)};
+    if (held.hold && is_of_use(services, request, *id, draft)) return held;
+    services.known_jobs.drop_all(draft.key);
+  }
+}
+
+}  // namespace
+
+Response post_render(Services& services, Request& request) {
+  const auto begin = Clock::now();
+  const auto asset = open_asset(services, request);
+  if (!asset) return problem_response(asset.problem());
+  const auto draft = draft_job(request, *asset);
+  if (!draft) return problem_response(draft.problem());
+  // What can be refused before anything is parsed, is; so is what the client has.
+  const auto expected = choose_image(request, draft->expected, draft->image);
+  if (!expected) return problem_response(expected.problem());
+  const bool is_reproducible = !draft->is_timed && !draft->names_paths;
+  if (is_reproducible) {
+    const std::string etag = picture_etag(draft->key, *expected);
+    if (is_known(request, etag)) return {304, {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", "no-cache"}}, ""};
+  }
+
+  const auto held = find_or_start(services, request, *asset, *draft);
+  if (!held) return problem_response(held.problem());
+  const Wanted wanted{held->job, draft->image, is_reproducible ? draft->key : held->job, read_preference(request)};
+  const auto job = services.jobs.find(held->job);
+  if (!job) return problem_response(job.problem());
+  const auto choice = choose_image(request, job->order->settings, draft->image);
+  if (!choice) return problem_response(choice.problem());
+  const auto until = wanted.preference.until(begin);
+  if (proto::has_ended(job->state) || (until && *until <= Clock::now())) return answer(services, request, wanted);
+  spdlog::debug("job {}: wanted", held->job);
+  const auto go_on = [wanted](Services& its_services, Request& its_request) {
+    return answer(its_services, its_request, wanted);
+  };
+  Response response;
+  response.later = std::make_shared<const Later>(Later{held->job, until, held->hold, go_on});
+  return response;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,280 @@
+"""POST /v1/render: a file in, its picture out."""
+
+import json
+import os
+import struct
+import time
+import unittest
+import zlib
+
+from concurrency_test import all_at_once
+from daemon import ENDED, Daemon, Reply
+from documents import ENDLESS_PIXEL, SPHERE
+
+# A square that faces +z, the front.
+OBJ = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n"
+PLY = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+PLY += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n4 0 1 2 3\n"
+NFF = b"b 0.2 0.4 0.6\nv\nfrom 0 0 4\nat 0 0 0\nup 0 1 0\nangle 40\nhither 1\nresolution 20 10\nl 4 3 2\n"
+NFF += b"f 1 1 1 1 0 0 0 0\ns 0 0 0 0.5\n"
+JOB = {"scene": SPHERE, "image": {"width": 8, "height": 6}, "settings": {"samples": 2}}
+
+
+def pixels(png):
+    """Width, height and rows of pixels of an 8-bit PNG."""
+    assert png.startswith(b"\x89PNG\r\n\x1a\n"), png[:100]
+    at, data = 8, b""
+    while at < len(png):
+        size, kind = struct.unpack(">I4s", png[at : at + 8])
+        chunk = png[at + 8 : at + 8 + size]
+        at += 12 + size
+        if kind == b"IHDR":
+            width, height, depth, color = struct.unpack(">IIBB", chunk[:10])
+            assert depth == 8
+            channels = {2: 3, 6: 4}[color]
+        if kind == b"IDAT":
+            data += chunk
+    data = zlib.decompress(data)
+    stride = width * channels
+    rows, above = [], bytes(stride)
+    for y in range(height):
+        kind, *line = data[y * (stride + 1) : (y + 1) * (stride + 1)]
+        row = bytearray(line)
+        for i in range(stride):
+            left, up = (row[i - channels] if i >= channels else 0), above[i]
+            corner = above[i - channels] if i >= channels else 0
+            paeth = min((left, up, corner), key=lambda v, p=left + up - corner: abs(p - v))
+            row[i] = row[i] + (0, left, up, (left + up) // 2, paeth)[kind] & 255
+        rows.append([tuple(row[i : i + channels]) for i in range(0, stride, channels)])
+        above = bytes(row)
+    return width, height, rows
+
+
+class RenderTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def render(self, body, query="", headers=None, status=200, daemon=None):
+        reply = (daemon or self.daemon).request("POST", "/v1/render" + query, body, headers)
+        self.assertEqual(reply.status, status, reply.body[:1000])
+        return reply
+
+    def places(self, reply):
+        """Where a refusal says that something is wrong."""
+        return [error["pointer"] for error in reply.json()["errors"]]
+
+    def test_a_file_becomes_a_picture(self):
+        for body in (OBJ, PLY):
+            reply = self.render(body, "?width=32&height=24&samples=4&azimuth=0&elevation=0")
+            self.assertEqual(reply.media_type, "image/png")
+            width, height, rows = pixels(reply.body)
+            self.assertEqual((width, height), (32, 24))
+            self.assertEqual(rows[0][0], (255, 255, 255))
+            self.assertLess(max(rows[12][16]), 250)
+            for name in ("parse", "build", "render", "encode"):
+                self.assertRegex(reply.headers["Server-Timing"], rf"\b{name};dur=\d")
+            job = self.daemon.request("GET", reply.headers["Location"]).json()
+            self.assertEqual((job["state"], job["width"], job["samples_per_pixel"]["max"]), ("completed", 32, 4))
+
+    def test_the_type_is_told_by_the_header_or_by_the_content(self):
+        plain = self.render(OBJ, "?width=8&samples=1")
+        for media_type in ("model/obj", "application/octet-stream", "application/x-www-form-urlencoded", "text/plain"):
+            self.assertEqual(self.render(OBJ, "?width=8&samples=1", {"Content-Type": media_type}).body, plain.body)
+        reply = self.render(OBJ, headers={"Content-Type": "model/ply"}, status=422)
+        self.assertIn("OBJ", reply.json()["errors"][0]["detail"])
+        self.render(b"\x89PNG\r\n\x1a\n", status=415)
+        self.render(OBJ, headers={"Content-Encoding": "gzip"}, status=415)
+        self.render(b"", status=400)
+
+    def test_scenes_are_taken_as_they_are(self):
+        width, height, rows = pixels(self.render(NFF).body)
+        self.assertEqual((width, height), (20, 10))
+        plain = self.daemon.submit(JOB)
+        self.daemon.wait_ended(plain)
+        look = "exposure=1&tone_map=none"
+        image = self.daemon.request("GET", f"/v1/jobs/{plain}/image?{look}").body
+        self.assertEqual(self.render(JOB, "?" + look).body, image)
+        scene = self.render(SPHERE, f"?width=8&height=6&samples=2&{look}")
+        self.assertEqual(scene.body, image)
+        job = self.daemon.request("GET", scene.headers["Location"]).json()
+        self.assertEqual(job["scene"], self.daemon.request("POST", "/v1/scenes", SPHERE).json()["scene"])
+
+    def test_a_document_and_the_query_may_not_both_say_something(self):
+        reply = self.render(JOB, "?width=3&samples=1&fov=20", status=400)
+        self.assertEqual(self.places(reply), ["?width", "?samples"])
+        reply = self.render({**SPHERE, "camera": {"type": "perspective"}}, "?azimuth=3&up=z", status=400)
+        self.assertEqual(sorted(self.places(reply)), ["?azimuth", "?up"])
+
+    def test_what_is_wrong_is_named_as_it_was_sent(self):
+        self.assertEqual(self.places(self.render(OBJ, "?width=0&error=x&aov=no&azimuth=400", status=400)),
+                         ["?width", "?error", "?azimuth"])
+        self.assertEqual(self.places(self.render(OBJ, "?aov=no&background=pink", status=400)), ["?aov", "?background"])
+        self.assertEqual(self.places(self.render(OBJ, "?width=100000000", status=422)), ["?width"])
+        self.assertEqual(self.places(self.render(OBJ, "?wdith=1", status=400)), ["?wdith"])
+        self.assertEqual(self.places(self.render(b"v 1 2 x\nf 1 2 3\n", "", {"Content-Type": "model/obj"}, 422)), ["body:1", "body:2"])
+        self.assertEqual(self.places(self.render({"objects": [{"type": "sphere"}]}, status=422))[0][:10], "/objects/0")
+        self.render(b'{"objects": [}', headers={"Content-Type": "application/json"}, status=400)
+
+    def test_the_camera_goes_around(self):
+        """Seen from the side, a flat square is a line; with z up, it lies."""
+        def covered(query):
+            _, _, rows = pixels(self.render(OBJ, "?width=32&samples=4&background=transparent&" + query).body)
+            return sum(pixel[3] > 0 for row in rows for pixel in row)
+
+        front = covered("azimuth=0&elevation=0")
+        self.assertGreater(front, 600)
+        self.assertLess(covered("azimuth=90&elevation=0"), 100)
+        self.assertEqual(covered("azimuth=0&elevation=90&up=z"), front)
+        self.assertEqual(covered("azimuth=17&elevation=90&up=z"), covered("azimuth=17&elevation=90&up=z&fov=30"))
+
+    def test_the_background_is_what_was_asked_for(self):
+        for asked, corner in (("102a3f", (0x10, 0x2A, 0x3F)), ("%23FFfe01", (255, 254, 1)), ("black", (0, 0, 0))):
+            _, _, rows = pixels(self.render(OBJ, f"?width=16&samples=1&background={asked}").body)
+            self.assertEqual(rows[0][0], corner)
+        _, _, rows = pixels(self.render(OBJ, "?width=16&samples=1&background=transparent").body)
+        self.assertEqual(rows[0][0], (0, 0, 0, 0))
+        _, _, rows = pixels(self.render(OBJ, "?width=16&samples=1&background=environment&environment=0.5&tone_map=none").body)
+        self.assertEqual(rows[0][0], (188, 188, 188))
+        path = self.render(OBJ, "?width=16&samples=1").headers["Location"] + "/image"
+        _, _, rows = pixels(self.daemon.request("GET", path + "?background=112233").body)
+        self.assertEqual(rows[0][0], (0x11, 0x22, 0x33))
+        opaque = self.render(SPHERE, "?width=8&samples=1").headers["Location"] + "/image"
+        reply = self.daemon.request("GET", opaque + "?background=112233")
+        self.assertEqual((reply.status, self.places(reply)), (400, ["?background"]))
+
+    def test_the_same_again_is_known(self):
+        with Daemon() as daemon:
+            query = "?width=16&samples=2"
+            first = self.render(OBJ, query, daemon=daemon)
+            again = self.render(OBJ, query, daemon=daemon)
+            self.assertEqual(again.headers["Location"], first.headers["Location"])
+            self.assertEqual((again.headers["ETag"], again.body), (first.headers["ETag"], first.body))
+            jpeg = self.render(OBJ, query + "&format=jpeg", daemon=daemon)
+            self.assertEqual(jpeg.headers["Location"], first.headers["Location"])
+            self.assertNotEqual(jpeg.headers["ETag"], first.headers["ETag"])
+            etag = {"If-None-Match": first.headers["ETag"]}
+            self.assertEqual(self.render(OBJ, query, etag, 304, daemon).body, b"")
+            self.assertEqual(self.render(OBJ, query + "&fov=20", etag, daemon=daemon).status, 200)
+            # Nothing of it is left on the disk, and a job that has been deleted is rendered again.
+            self.assertEqual(daemon.request("DELETE", first.headers["Location"]).status, 204)
+            anew = self.render(OBJ, query, daemon=daemon)
+            self.assertNotEqual(anew.headers["Location"], first.headers["Location"])
+            self.assertEqual((anew.headers["ETag"], anew.body), (first.headers["ETag"], first.body))
+        with Daemon() as daemon:
+            self.render(OBJ, query, etag, 304, daemon)
+            self.assertEqual(self.render(OBJ, query, daemon=daemon).body, first.body)
+
+    def test_images_that_gave_way_are_rendered_again(self):
+        room = 2 * 16 * 16 * 16 * 3
+        with Daemon("--max-film-memory", str(room), "--image-cache", "0", "--threads", "2") as daemon:
+            first = self.render(OBJ, "?width=16&samples=1", daemon=daemon)
+            for i in range(8):
+                self.render(OBJ, f"?width=16&samples=1&azimuth={i}", daemon=daemon)
+            self.assertEqual(daemon.request("GET", first.headers["Location"]).json()["image"], "gone")
+            self.assertEqual(self.render(OBJ, "?width=16&samples=1", daemon=daemon).body, first.body)
+
+    def test_identical_requests_at_once_render_once(self):
+        with Daemon() as daemon:
+            replies = all_at_once(8, lambda _: daemon.request("POST", "/v1/render?width=64&samples=64", OBJ))
+            self.assertEqual({reply.status for reply in replies}, {200})
+            self.assertEqual(len({reply.body for reply in replies}), 1)
+            self.assertEqual(len(daemon.request("GET", "/v1/jobs").json()["jobs"]), 1)
+
+    def test_files_by_path_may_change(self):
+        scene = {"objects": [{"type": "file", "path": "a.obj"}], "background": [1, 1, 1]}
+        with Daemon("--asset-root", self.daemon.folder) as daemon:
+            images = []
+            for size in (1, 2):
+                with open(self.daemon.folder + "/a.obj", "wb") as file:
+                    file.write(OBJ.replace(b"v 1", b"v %d" % size))
+                images.append(self.render(scene, "?width=16&samples=1", daemon=daemon))
+            self.assertNotEqual(images[0].headers["ETag"], images[1].headers["ETag"])
+
+    def jobs(self, daemon):
+        return daemon.request("GET", "/v1/jobs").json()["jobs"]
+
+    def test_who_prefers_not_to_wait(self):
+        with Daemon("--threads", "1") as daemon:
+            for prefer in ("respond-async", "wait=0", "RESPOND-ASYNC, wait=1", "foo=1; x, wait=1"):
+                reply = self.render({**ENDLESS_PIXEL, "name": prefer}, "", {"Prefer": prefer}, 202, daemon)
+                self.assertIn(reply.headers["Preference-Applied"], prefer.lower())
+                job = reply.json()["id"]
+                self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job}")
+                self.assertNotIn(daemon.status(job)["state"], ("completed", "canceled"))
+                daemon.request("POST", f"/v1/jobs/{job}/cancel")
+            reply = self.render(OBJ, "?width=8&samples=1", {"Prefer": "wait=60"}, 200, daemon)
+            self.assertNotIn("Preference-Applied", reply.headers)
+
+    def open_endless(self, daemon):
+        """A connection on which an image without an end is waited for."""
+        asked = daemon.log().count(": wanted")
+        connection = daemon.connect()
+        connection.request("POST", "/v1/render", json.dumps(ENDLESS_PIXEL), {"Content-Type": "application/json"})
+        self.wait_for_log(daemon, ": wanted", asked + 1)
+        return connection
+
+    def wait_for_log(self, daemon, words, count):
+        deadline = time.monotonic() + 60
+        while daemon.log().count(words) < count:
+            self.assertLess(time.monotonic(), deadline, daemon.log())
+            time.sleep(0.005)
+
+    def hang_up(self, daemon, connection):
+        """Until the daemon knows."""
+        gone = daemon.log().count("abandoned")
+        connection.close()
+        self.wait_for_log(daemon, "abandoned", gone + 1)
+
+    def test_a_client_that_hangs_up_ends_its_job(self):
+        with Daemon("--threads", "1", "--log-level", "debug") as daemon:
+            self.hang_up(daemon, self.open_endless(daemon))
+            self.assertEqual([job["state"] for job in self.jobs(daemon)], ["canceled"])
+            # It was nobody else's wish: who asks now isn't told of it.
+            self.hang_up(daemon, self.open_endless(daemon))
+            self.assertEqual([job["state"] for job in self.jobs(daemon)], ["canceled"] * 2)
+
+    def test_a_job_that_others_wait_for_goes_on(self):
+        with Daemon("--threads", "1", "--log-level", "debug") as daemon:
+            first, second = self.open_endless(daemon), self.open_endless(daemon)
+            self.hang_up(daemon, first)
+            self.assertNotIn(self.jobs(daemon)[0]["state"], ENDED)
+            self.hang_up(daemon, second)
+            self.assertEqual([job["state"] for job in self.jobs(daemon)], ["canceled"])
+
+    def test_a_job_that_was_accepted_outlives_everybody(self):
+        with Daemon("--threads", "1", "--log-level", "debug") as daemon:
+            self.render(ENDLESS_PIXEL, "", {"Prefer": "respond-async"}, 202, daemon)
+            self.hang_up(daemon, self.open_endless(daemon))
+            self.assertNotIn(self.jobs(daemon)[0]["state"], ENDED)
+
+    def test_no_thread_waits(self):
+        """More clients than lanes have threads wait for an image; others are answered meanwhile."""
+        with Daemon("--threads", "1", "--log-level", "debug") as daemon:
+            waiting = []
+            for i in range(20):
+                connection = daemon.connect()
+                body = json.dumps({**ENDLESS_PIXEL, "name": str(i)})
+                connection.request("POST", "/v1/render", body, {"Content-Type": "application/json"})
+                waiting.append(connection)
+            self.wait_for_log(daemon, ": wanted", 20)
+            self.assertEqual(daemon.request("POST", "/v1/scenes", SPHERE).status, 201)
+            self.render(OBJ, "?width=8&samples=1", daemon=daemon)
+            daemon.terminate()
+            for connection in waiting:
+                self.assertEqual(Reply(connection.getresponse()).status, 503)
+                connection.close()
+            self.assertEqual(daemon.stop(), 0)
+
+    def test_nothing_of_a_large_file_stays(self):
+        body = OBJ + b"# what takes its place on the disk\n" * 20000
+        self.render(body, "?width=8&samples=1")
+        self.assertEqual(os.listdir(os.path.join(self.daemon.data_dir, "blobs")), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -57,8 +57,7 @@ constexpr Place kInJob[] = {
 
 bool is_a_scene(const Asset& asset) { return asset.kind != AssetKind::model || asset.format == FileFormat::nff; }
 
-/// What lights a file that has no light of its own.
-json studio_light() { return {{"type", "environment"}, {"radiance", {1, 1, 1}}}; }
+json studio_light() { return {{"type", "environment"}, {"preset", "studio"}}; }
 
 /// Collects the documents' parts.
 class Drafter {
@@ -207,7 +206,8 @@ class Drafter {
     if (request_.query("environment"))
       scene["lights"] = {environment()};
     else if (!is_a_scene(asset_))
-      scene["lights"] = {studio_light()};
+      scene["lights"] = {{{"type", "environment"}, {"preset", "studio"}, {"only_without_lights", true}}};
+    if (ground == "shadow" && !is_a_scene(asset_)) scene["ground"] = "shadow";
     draft_.scene = scene.dump();
     draft_.scene_key = proto::content_hash("scene " + draft_.scene);
   }

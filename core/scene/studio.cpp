@@ -20,12 +20,12 @@ struct SoftBox {
 };
 
 constexpr SoftBox kBoxes[] = {
-    {0.11F, 0.13F, 0.075F, 0.06F, 7},     // key, from the front, right and above
-    {-0.17F, 0.08F, 0.07F, 0.09F, 2.2F},  // fill
-    {0.42F, 0.10F, 0.05F, 0.10F, 4},      // rims
-    {-0.40F, 0.12F, 0.04F, 0.09F, 5},
+    {0.11F, 0.11F, 0.075F, 0.055F, 4.6F},  // key, from the front, right and above
+    {-0.17F, 0.05F, 0.06F, 0.08F, 1.1F},   // fill
+    {0.40F, 0.07F, 0.04F, 0.08F, 1.8F},    // rims
+    {-0.39F, 0.08F, 0.035F, 0.08F, 2.2F},
 };
-constexpr float kCeilingFrom = 0.2F, kCeiling = 2.5F;
+constexpr float kCeilingFrom = 0.2F, kCeiling = 1.2F;
 
 /// 1 inside of `half`, 0 outside, with an edge that is a tenth of a box wide.
 float inside(float distance, float half) {
@@ -34,7 +34,7 @@ float inside(float distance, float half) {
 }
 
 float room(float elevation) {
-  constexpr float kFloor = 0.32F, kWall = 0.55F;
+  constexpr float kFloor = 0.3F, kWall = 0.38F;
   const float up = std::clamp(elevation * 4 + 0.5F, 0.0F, 1.0F);
   return kFloor + (kWall - kFloor) * up * up * (3 - 2 * up);
 }

@@ -7,6 +7,7 @@
 
 #include "core/light/emissive_surface.h"
 #include "core/light/illuminate.h"
+#include "core/material/surface_at.h"
 #include "core/math/float_environment.h"
 #include "core/math/portable_float.h"
 #include "core/sampling/sampler.h"
@@ -52,6 +53,18 @@ std::optional<LightSample> sample_at(Vec3 position, Rgb intensity, Vec3d from, F
   const Rgb irradiance = intensity * static_cast<float>(falloff(way / -distance) / square);
   if (irradiance.is_black() || !is_finite(irradiance)) return std::nullopt;
   return LightSample{*direction, static_cast<float>(distance), irradiance, 1, true, to_double(position), kNoPrimitive};
+}
+
+/// What a triangle's second and third corner count for at a point in it.
+struct Shares {
+  double second, third;
+};
+Shares shares_at(const WorldTriangle& triangle, Vec3d point) {
+  const Vec3d a = to_double(triangle[0]), ab = to_double(triangle[1]) - a, ac = to_double(triangle[2]) - a;
+  const Vec3d normal = cross(ab, ac), way = point - a;
+  const double square = dot(normal, normal);
+  return {std::clamp(dot(cross(way, ac), normal) / square, 0.0, 1.0),
+          std::clamp(dot(cross(ab, way), normal) / square, 0.0, 1.0)};
 }
 
 }  // namespace
@@ -133,15 +146,16 @@ LightTree LightTable::gather_near() {
     const Shape& shape = scene_->shapes[object.shape];
     const Material& material = scene_->materials[object.material];
     if (!is_lamp(material) || !can_be_sampled(shape)) continue;
-    const double radiance = mean(material.emission) * material.alpha;
     first_[i] = static_cast<std::uint32_t>(sources_.size());
     if (object.placement) errors_[i] = object.placement->error();
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {
       triangles_.resize(sources_.size());
       for (std::uint32_t t = 0; t < mesh->triangles.size(); ++t) triangles_.push_back(world_triangle(object, *mesh, t));
     }
-    for (std::uint32_t primitive = 0; primitive < primitive_count(shape); ++primitive)
+    for (std::uint32_t primitive = 0; primitive < primitive_count(shape); ++primitive) {
+      const double radiance = mean_emission(*scene_, object, primitive) * material.alpha;
       add({i, primitive}, surface_bounds(*scene_, {i, primitive}, radiance, material.emits_both_sides));
+    }
   }
   return LightTree(bounds);
 }
@@ -194,15 +208,21 @@ std::optional<LightSample> LightTable::sample_near(const Viewpoint& from, double
     if (found) found->pdf = static_cast<float>(probability);
     return found;
   }
-  const Material& material = scene_->materials[scene_->objects[source.object].material];
+  const Object& object = scene_->objects[source.object];
+  const Material& material = scene_->materials[object.material];
   const WorldTriangle* triangle = triangle_of(light);
   const auto found =
       triangle ? sample_surface(*triangle, from.point, u) : sample_surface(*scene_, source, from.point, u);
   if (!found || !(found->front || material.emits_both_sides)) return std::nullopt;
   const double distance = length(found->way);
+  Rgb emission = material.emission;
+  if (triangle && has_texture(material, TextureSlot::emission)) {
+    const Shares at = shares_at(*triangle, from.point + found->way);
+    emission = emission_at(*scene_, object, source.primitive, at.second, at.third);
+  }
   return LightSample{to_float(found->way / distance),
                      static_cast<float>(distance),
-                     material.emission * material.alpha,
+                     emission * material.alpha,
                      static_cast<float>(probability * found->pdf),
                      false,
                      from.point + found->way,

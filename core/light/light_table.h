@@ -30,7 +30,7 @@ struct LightSample {
 
 /// All lights of a scene that the path tracer knows: point lights that fall off, spots, directional lights, suns, the
 /// environment (or the background), and objects that emit. What is sampled are the lights themselves, and of objects
-/// triangles, quads, spheres and disks, each primitive a light of its own, where their emission is the same all over;
+/// triangles, quads, spheres and disks, each primitive a light of its own, unless their alpha varies;
 /// those without area, and what is black, never are. Where lights are both near and infinitely far away, each kind is
 /// picked about in proportion to the irradiance from it; one of those far away as `InfiniteLights` says, one of the
 /// others by a `LightTree`.

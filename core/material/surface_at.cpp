@@ -244,6 +244,34 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
   return out;
 }
 
+Rgb emission_at(const Scene& scene, const Object& object, std::uint32_t primitive, double second_share,
+                double third_share) {
+  const Material& material = scene.materials[object.material];
+  Rgb emission = material.emission;
+  const TriangleMesh* mesh = mesh_of(scene, object);
+  if (!mesh) return emission;
+  const Attributes at(*mesh, primitive, second_share, third_share);
+  Lookups lookups(scene, at);
+  for (const TextureUse& use : material.textures)
+    if (use.slot == TextureSlot::emission) emission = emission * color_of(lookups[use.texture]);
+  return emission;
+}
+
+double mean_emission(const Scene& scene, const Object& object, std::uint32_t primitive) {
+  const Material& material = scene.materials[object.material];
+  double emission = mean(material.emission);
+  const TriangleMesh* mesh = mesh_of(scene, object);
+  if (!mesh) return emission;
+  const Attributes at(*mesh, primitive, 0, 0);
+  for (const TextureUse& use : material.textures) {
+    if (use.slot != TextureSlot::emission) continue;
+    const Texture& texture = scene.textures[use.texture];
+    const std::uint8_t set = texture.uv_set;
+    emission *= mean_around(texture, {at.uv_of(0, set), at.uv_of(1, set), at.uv_of(2, set)});
+  }
+  return emission;
+}
+
 float alpha_at(const Scene& scene, const Object& object, std::uint32_t primitive, const Ray& ray) {
   const Material& material = scene.materials[object.material];
   float alpha = material.alpha;

@@ -17,6 +17,14 @@ struct SurfaceAt {
 /// aren't meshes the material's own numbers are told.
 SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t primitive, SurfacePoint& point);
 
+/// What the object's triangle sends out by itself where its second and third corner count for so much.
+Rgb emission_at(const Scene& scene, const Object& object, std::uint32_t primitive, double second_share,
+                double third_share);
+
+/// What the object's primitive sends out on the whole, about: the mean over all channels and the texels around it. 0
+/// only where it sends out nothing.
+double mean_emission(const Scene& scene, const Object& object, std::uint32_t primitive);
+
 /// The share of light that meets the object's primitive where `ray` hits it, in 0..1.
 float alpha_at(const Scene& scene, const Object& object, std::uint32_t primitive, const Ray& ray);
 

@@ -1,5 +1,6 @@
 #include "core/material/texture_lookup.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <type_traits>
@@ -61,6 +62,17 @@ constexpr double kFarthest = 0x1p40;
 
 double finite(double v) { return std::abs(v) < kFarthest ? v : 0; }
 
+/// In texels from the upper left corner. In double, where the position of a texel's centre and the products of floats
+/// are exact.
+struct Place {
+  double u, v;
+};
+Place place_of(const Texture& texture, const Texels& texels, Vec2 uv) {
+  const auto& m = texture.transform;
+  return {finite(double{m[0]} * uv.x + double{m[1]} * uv.y + m[2]) * texels.width,
+          finite(double{m[3]} * uv.x + double{m[4]} * uv.y + m[5]) * texels.height};
+}
+
 Rgba mixed(const Rgba& a, const Rgba& b, float share) {
   Rgba out;
   for (std::size_t i = 0; i < 4; ++i) out[i] = a[i] + (b[i] - a[i]) * share;
@@ -82,12 +94,36 @@ Rgba texel(const Texels& texels, bool is_srgb, std::uint32_t x, std::uint32_t y)
       texels.values);
 }
 
+double mean_around(const Texture& texture, const std::array<Vec2, 3>& triangle) {
+  constexpr double kMostEachWay = 64;
+  const Texels& texels = texture.image->texels();
+  Place lo{kFarthest, kFarthest}, hi{-kFarthest, -kFarthest};
+  for (const Vec2 corner : triangle) {
+    const Place at = place_of(texture, texels, corner);
+    lo = {std::min(lo.u, at.u), std::min(lo.v, at.v)};
+    hi = {std::max(hi.u, at.u), std::max(hi.v, at.v)};
+  }
+  // One more on each side is for mixing, and for what lies in the triangle but for rounding.
+  lo = {std::floor(lo.u) - 1, std::floor(lo.v) - 1};
+  hi = {std::floor(hi.u) + 1, std::floor(hi.v) + 1};
+  const double step_u = std::max(1.0, std::ceil((hi.u - lo.u) / kMostEachWay)),
+               step_v = std::max(1.0, std::ceil((hi.v - lo.v) / kMostEachWay));
+  double sum = 0, count = 0;
+  for (double y = lo.v; y <= hi.v; y += step_v)
+    for (double x = lo.u; x <= hi.u; x += step_u) {
+      const Rgba color = texel(texels, texture.is_srgb, wrapped(x, texels.width, texture.wrap_u),
+                               wrapped(y, texels.height, texture.wrap_v));
+      sum += (double{color[0]} + color[1] + color[2]) / 3;
+      ++count;
+    }
+  // What was passed over may shine, too.
+  const bool is_all = step_u == 1 && step_v == 1;
+  return std::max(sum / count, is_all ? 0 : 1e-3);
+}
+
 Rgba look_up(const Texture& texture, Vec2 uv) {
   const Texels& texels = texture.image->texels();
-  const auto& m = texture.transform;
-  // In double, where the position of a texel's centre and the products of floats are exact.
-  const double u = finite(double{m[0]} * uv.x + double{m[1]} * uv.y + m[2]) * texels.width;
-  const double v = finite(double{m[3]} * uv.x + double{m[4]} * uv.y + m[5]) * texels.height;
+  const auto [u, v] = place_of(texture, texels, uv);
   const auto at = [&](double x, double y) {
     return texel(texels, texture.is_srgb, wrapped(x, texels.width, texture.wrap_u),
                  wrapped(y, texels.height, texture.wrap_v));

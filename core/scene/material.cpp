@@ -15,8 +15,7 @@ bool alpha_varies(const Material& material) {
 bool has_alpha(const Material& material) { return material.alpha < 1 || alpha_varies(material); }
 
 bool is_lamp(const Material& material) {
-  return !material.emission.is_black() && material.alpha > 0 && !alpha_varies(material) &&
-         !has_texture(material, TextureSlot::emission);
+  return !material.emission.is_black() && material.alpha > 0 && !alpha_varies(material);
 }
 
 std::optional<WhittedSurface> whitted_surface(const Surface& surface) {

@@ -120,7 +120,7 @@ bool alpha_varies(const Material& material);
 /// Whether some of it may let light pass as if it weren't there.
 bool has_alpha(const Material& material);
 
-/// Whether it sends out light that is the same all over, so that it can be sampled.
+/// Whether it sends out light that can be sampled: all of it is there, or the same share everywhere.
 bool is_lamp(const Material& material);
 
 /// The surface as Whitted's: his own, or one that is a special case of it: diffuse, or smooth and dielectric. Nothing

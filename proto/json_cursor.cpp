@@ -61,6 +61,14 @@ bool JsonCursor::expected(std::string_view what) const {
   return error("Expected " + std::string(what) + ", found " + found(*this) + ".");
 }
 
+std::optional<JsonCursor> JsonCursor::member(std::string_view name) const {
+  for (JsonDocument::Index i = index_ + 1; i < document_->next(index_); i = document_->next(i + 1)) {
+    errors_->steps().take();
+    if (document_->string(i) == name) return at(i + 1);
+  }
+  return std::nullopt;
+}
+
 JsonFields::JsonFields(JsonCursor value, std::string_view what)
     : value_(value), what_(what), is_object_(value.kind() == JsonKind::object) {
   if (!is_object_) value_.expected(std::string(what_) + " (an object)");
@@ -69,11 +77,7 @@ JsonFields::JsonFields(JsonCursor value, std::string_view what)
 std::optional<JsonCursor> JsonFields::optional(std::string_view name) {
   if (!is_object_) return std::nullopt;
   asked_.push_back(name);
-  std::optional<JsonCursor> field;
-  value_.each_member([&](std::string_view key, JsonCursor member) {
-    if (key == name && !field) field = member;
-  });
-  return field;
+  return value_.member(name);
 }
 
 std::optional<JsonCursor> JsonFields::required(std::string_view name) {

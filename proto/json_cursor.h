@@ -43,6 +43,9 @@ class JsonCursor {
   class Elements;
   Elements elements() const;
 
+  /// The object's member of that name. Precondition: an object.
+  std::optional<JsonCursor> member(std::string_view name) const;
+
   /// Calls `visit(key, value)` for an object's members in document order. Precondition: an object.
   template <typename Visit>
   void each_member(Visit visit) const {

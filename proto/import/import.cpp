@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "proto/import/broken_file.h"
+#include "proto/import/gltf/gltf.h"
 #include "proto/import/nff.h"
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
@@ -23,7 +24,8 @@ namespace {
 constexpr std::uintmax_t kLargestFile = 4ULL << 30;
 
 Imported read(const std::filesystem::path& path, FileFormat format, std::string_view name,
-              const CompanionSource& companions, const std::stop_token& stop) {
+              const CompanionSource& companions, const std::stop_token& stop, const ImportOptions& options,
+              std::uint64_t texture_bytes) {
   std::string bytes = read_file(path, name, kLargestFile, stop);
   switch (format) {
     case FileFormat::nff:
@@ -32,6 +34,8 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
       return import_ply(bytes, name, stop);
     case FileFormat::obj:
       return import_obj(std::move(bytes), name, companions, stop);
+    case FileFormat::gltf:
+      return import_gltf(bytes, name, companions, options, texture_bytes, stop);
   }
   std::abort();
 }
@@ -49,6 +53,10 @@ std::optional<std::string> mistaken(const std::filesystem::path& path, FileForma
       break;
     case FileFormat::obj:
       expected = FileKind::obj;
+      break;
+    case FileFormat::gltf:
+      if (kind == FileKind::glb || kind == FileKind::json) return std::nullopt;  // JSON's own errors say more
+      expected = FileKind::gltf;
       break;
   }
   if (kind == FileKind::unknown || kind == expected) return std::nullopt;
@@ -74,16 +82,16 @@ Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
 
 std::span<const Choice<FileFormat>> file_format_names() {
   static constexpr Choice<FileFormat> table[] = {
-      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}};
+      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}, {"gltf", FileFormat::gltf}};
   return table;
 }
 
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
-                             const CompanionSource& companions, std::stop_token stop, const ImportOptions&,
-                             std::uint64_t) {
+                             const CompanionSource& companions, std::stop_token stop, const ImportOptions& options,
+                             std::uint64_t texture_bytes) {
   throw_if_abandoned(stop);
   try {
-    Imported imported = read(path, format, display_name, companions, stop);
+    Imported imported = read(path, format, display_name, companions, stop, options, texture_bytes);
     make_sayable(imported.warnings);
     if (!imported.parts.empty()) return imported;
     if (auto why = mistaken(path, format)) return cannot_import(display_name, {{file_place(display_name, 0), *why}});
@@ -104,6 +112,7 @@ Result<Imported> import_file(const std::filesystem::path& path, FileFormat forma
 std::optional<FileFormat> format_of(std::string_view file_name) {
   std::string ending(file_name.substr(std::min(file_name.rfind('.'), file_name.size())));
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".glb") return FileFormat::gltf;
   for (const auto& [name, format] : file_format_names())
     if (ending == '.' + std::string(name)) return format;
   return std::nullopt;

@@ -16,7 +16,7 @@
 
 namespace tessera::proto {
 
-enum class FileFormat { obj, ply, nff };
+enum class FileFormat { obj, ply, nff, gltf };
 std::span<const Choice<FileFormat>> file_format_names();
 
 /// A shape from a file, with the material that the file gives it (into `Imported::materials`), if it does.
@@ -62,13 +62,13 @@ struct ImportOptions {
 using CompanionSource = std::function<std::optional<std::filesystem::path>(std::string_view name)>;
 
 /// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines
-/// exist. Never allocates more than a small multiple of the file's size. Textures take at most `texture_bytes` each.
+/// exist, and at "<display_name>/a/json/pointer" in glTF. Never allocates more than a small multiple of the file's size. Textures take at most `texture_bytes` each.
 /// Throws `Abandoned`, and nothing else, soon after `stop` is requested.
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
                              const CompanionSource& companions, std::stop_token stop = {},
                              const ImportOptions& options = {}, std::uint64_t texture_bytes = 1ULL << 30);
 
-/// By the ending of a name, in any case; nothing when it is none of ours.
+/// By the ending of a name, in any case (.glb is glTF, too); nothing when it is none of ours.
 std::optional<FileFormat> format_of(std::string_view file_name);
 
 }  // namespace tessera::proto

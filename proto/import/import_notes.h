@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/scene/scene.h"
@@ -13,10 +15,14 @@ namespace tessera::proto {
 /// Gathers what an import loses or ignores: one warning per kind, with the number of times and the first place.
 class ImportNotes {
  public:
-  explicit ImportNotes(std::string_view file_name) : file_name_(file_name) {}
+  /// Places are lines of a file.
+  explicit ImportNotes(std::string_view file_name);
+
+  /// Places are what `name_of` says of them.
+  explicit ImportNotes(std::function<std::string(std::size_t place)> name_of) : name_of_(std::move(name_of)) {}
 
   /// `what` is a sentence without its full stop; equal sentences are counted together. Nothing for 0 times.
-  void add(std::string_view what, std::size_t line = 0, std::uint64_t times = 1);
+  void add(std::string_view what, std::size_t place = 0, std::uint64_t times = 1);
 
   /// In the order of first occurrence.
   std::vector<SceneWarning> warnings() const;
@@ -24,10 +30,10 @@ class ImportNotes {
  private:
   struct Note {
     std::string what;
-    std::size_t first_line;
+    std::size_t first_place;
     std::uint64_t times;
   };
-  std::string file_name_;
+  std::function<std::string(std::size_t)> name_of_;
   std::vector<Note> notes_;
 };
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "proto/import/broken_file.h"
+#include "proto/import/gltf/gltf.h"
 #include "proto/import/import.h"
 #include "proto/import/nff.h"
 #include "proto/import/obj.h"
@@ -94,6 +95,9 @@ inline std::string fault_of_reading(proto::FileFormat format, const std::string&
         return fault_of_import(proto::import_ply(bytes, kName), bytes.size());
       case proto::FileFormat::obj:
         return fault_of_import(proto::import_obj(bytes, kName, companions), bytes.size());
+      case proto::FileFormat::gltf:
+        return fault_of_import(proto::import_gltf(bytes, kName, companions, {}, 1 << 24),
+                               256 * bytes.size() + (1 << 20));
     }
   } catch (const proto::BrokenFile& broken) {
     return fault_of_refusal(broken.errors, kName);

@@ -27,7 +27,7 @@ constexpr const char* kOutOfMemory = "out of memory";
 /// Whether there is no light.
 bool is_dark(const Plan& plan) {
   const Features& has = plan.features;
-  return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.sky &&
+  return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.unlit && !has.sky &&
          has.only_physical;
 }
 

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <variant>
 
 #include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
 #include "core/material/bsdf.h"
 #include "core/material/surface_at.h"
+#include "core/math/portable.h"
 #include "core/sampling/warp.h"
 
 namespace tessera {
@@ -19,6 +22,14 @@ constexpr std::uint32_t kRouletteDepth = 5;
 float mis_weight(float drawn, float other) {
   const float ratio = other / drawn;
   return 1 / (1 + ratio * ratio);
+}
+
+/// Beer's law. Nothing is left of what is absorbed for ever.
+Rgb transmittance(Rgb absorption, float distance) {
+  const auto left = [&](float a) {
+    return a > 0 ? static_cast<float>(portable_exp2(-std::numbers::log2e * a * distance)) : 1;
+  };
+  return {left(absorption.r), left(absorption.g), left(absorption.b)};
 }
 
 }  // namespace
@@ -57,6 +68,8 @@ PathTracer::PathTracer(const Scene& scene, const Features& features, const Accel
       has_ground_(features.ground),
       has_sky_(features.sky),
       has_emitters_(features.emitters),
+      has_unlit_(features.unlit),
+      has_absorption_(features.absorption),
       counts_(counts),
       log_(log),
       leaving_(scene, features.alpha, accel, counts, log),
@@ -124,6 +137,10 @@ PathTracer::Next PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
   // What surfaces choose is unit already.
   const Vec3 direction =
       vertex_ > 0 && !path.is_direct ? ray.direction : UnitVec3::normalize(ray.direction).value_or(UnitVec3::z());
+  if (has_absorption_) {
+    path.throughput = path.throughput * transmittance(path.absorption, hit.t - ray.t_min);
+    if (path.throughput.is_black()) return Next::nothing;
+  }
   if (hit.t == kInfinity) {
     add_escaped(path, ray, direction);
     return Next::nothing;
@@ -136,11 +153,14 @@ PathTracer::Next PathTracer::shade_path(Path& path, Ray& ray, const Hit& hit) {
   const bool is_shade = passes && is_black(material.surface);
   if (passes && !is_shade && path.numbers.one(dimension(vertex_, Decision::alpha)) >= alpha)
     return Next::what_is_behind;
-  if (material.emission.is_black() && (is_shade || path.depth == options_.max_depth))
+  const bool is_unlit = has_unlit_ && std::holds_alternative<Unlit>(material.surface);
+  if (material.emission.is_black() && !is_unlit && (is_shade || path.depth == options_.max_depth))
     return is_shade ? behind(path, alpha) : Next::nothing;
   const Vertex at = vertex_at(ray, direction, hit);
   if (!at.emission.is_black()) add_emitted(path, at, is_shade ? alpha : 1);
+  if (is_unlit) add(path.sum, path.throughput * std::get<UnlitBsdf>(at.bsdf).color * (is_shade ? alpha : 1));
   if (is_shade) return behind(path, alpha);
+  if (is_unlit) return Next::nothing;
   if (path.depth == options_.max_depth) return Next::nothing;
   path.is_direct = false;
   sample_light(path, at);
@@ -212,17 +232,21 @@ void PathTracer::sample_light(Path& path, const Vertex& at) {
   const auto way = leaving_.find(at.shading, at.primitive, at.origin, light->to_light, wi.z > 0);
   if (!way) return;
   const float weight = (light->is_delta ? 1 : mis_weight(light->pdf, value.pdf)) / light->pdf;
-  const Rgb radiance = path.throughput * value.f_cos * light->radiance * (weight * way->share);
+  Rgb radiance = path.throughput * value.f_cos * light->radiance * (weight * way->share);
   if (radiance.is_black()) return;
   Ray ray = lights_->shadow_ray(*light, way->ray.origin);
   ray.leaves = way->ray.leaves;
+  if (has_absorption_) {
+    const Rgb absorption = wi.z > 0 ? path.absorption : absorption_behind(path, at);
+    radiance = radiance * transmittance(absorption, length(ray.direction) * ray.t_max);
+  }
   shadows_.add(ray, radiance, path.sum);
 }
 
 bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
   // Where nothing is left but to meet a light by chance, and none can be met, the ray would bring nothing.
   const bool is_last = path.depth == options_.max_depth;
-  if (is_last && !has_sky_ && !has_emitters_) return false;
+  if (is_last && !has_sky_ && !has_emitters_ && !has_unlit_) return false;
   const float lobe = has_one_lobe(at.bsdf) ? 0 : path.numbers.one(dimension(vertex_, Decision::bsdf_lobe));
   const auto chosen = sample(at.bsdf, at.to_viewer, lobe, path.numbers.two(dimension(vertex_, Decision::bsdf)));
   if (!chosen) return false;
@@ -233,11 +257,18 @@ bool PathTracer::scatter(Path& path, Ray& ray, const Vertex& at) {
   if (path.throughput.is_black()) return false;
   const Vec3 direction = at.frame.to_world(chosen->wi);
   const auto way = leaving_.find(at.shading, at.primitive, at.origin, direction, !chosen->transmits);
-  if (!way || (is_last && !has_sky_ && !lights_->may_meet(way->ray))) return false;
+  if (!way || (is_last && !has_sky_ && !has_unlit_ && !lights_->may_meet(way->ray))) return false;
   path.throughput = path.throughput * way->share;
+  if (has_absorption_ && chosen->transmits) path.absorption = absorption_behind(path, at);
   ray = way->ray;
   path.pdf = chosen->is_delta ? 0 : chosen->pdf;
   return true;
+}
+
+Rgb PathTracer::absorption_behind(const Path& path, const Vertex& at) const {
+  const Material& material = scene_.materials[scene_.objects[at.primitive.object].material];
+  if (!lets_light_in(material.surface)) return path.absorption;
+  return at.shading.entering ? material.absorption : Rgb();
 }
 
 bool PathTracer::survives(Path& path, float number) {

@@ -50,6 +50,7 @@ class PathTracer final : public Integrator {
     LightTable::Viewpoint from{};  ///< Where lights were sampled at that surface.
     std::uint32_t sum = 0;         ///< Into `out`.
     std::uint32_t depth = 1;       ///< The number of its last segment.
+    Rgb absorption{};              ///< Of what it is in, 1/m.
     bool is_direct = true;         ///< It has met nothing that isn't passed straight.
   };
   struct Vertex;
@@ -69,6 +70,8 @@ class PathTracer final : public Integrator {
   void sample_light(Path& path, const Vertex& at);
   /// Gives the path its next ray; false where it ends.
   bool scatter(Path& path, Ray& ray, const Vertex& at);
+  /// 1/m, of what is behind a surface that the path passes.
+  Rgb absorption_behind(const Path& path, const Vertex& at) const;
   static bool survives(Path& path, float number);
   void add(std::uint32_t sum, Rgb radiance) { out_.radiance[sum] = out_.radiance[sum] + radiance; }
 
@@ -78,7 +81,8 @@ class PathTracer final : public Integrator {
   const Sampler& sampler_;
   Options options_;
   bool has_alpha_, has_textures_, has_ground_;
-  bool has_sky_, has_emitters_;  ///< Which rays can meet by chance.
+  bool has_sky_, has_emitters_, has_unlit_;  ///< Which rays can meet by chance.
+  bool has_absorption_;
   RayCounts& counts_;
   TraceLog log_;
   Output out_;

@@ -9,6 +9,7 @@
 #include "core/material/diffuse_bsdf.h"
 #include "core/material/layered_bsdf.h"
 #include "core/material/metallic_roughness_bsdf.h"
+#include "core/material/unlit_bsdf.h"
 #include "core/material/whitted_bsdf.h"
 #include "core/math/vec2.h"
 #include "core/scene/material.h"
@@ -25,7 +26,8 @@ namespace tessera {
 /// BSDF, a struct with the members that the functions below call (diffuse_bsdf.h is the shortest example), and
 /// `bsdf_of`, which makes it; (3) it is listed in `Bsdf`; (4) tests/unit/core/material/bsdf_cases.h lists examples of
 /// it, on which every test of BSDFs runs; (5) proto/read_material.cpp gives it a name on the wire.
-using Bsdf = std::variant<WhittedBsdf, DiffuseBsdf, ConductorBsdf, DielectricBsdf, MetallicRoughnessBsdf, LayeredBsdf>;
+using Bsdf = std::variant<WhittedBsdf, DiffuseBsdf, ConductorBsdf, DielectricBsdf, MetallicRoughnessBsdf, LayeredBsdf,
+                          UnlitBsdf>;
 
 /// `entering`: the viewer is outside, where the geometric normal points.
 inline Bsdf make_bsdf(const Surface& of, bool entering) {
@@ -59,7 +61,7 @@ inline bool has_one_lobe(const Bsdf& bsdf) {
 }
 
 /// About what comes back to wo of even light from everywhere, reflected or passed, without the scaling by 1/eta²; in
-/// 0..1.
+/// 0..1. What is unlit tells its colour.
 inline Rgb albedo(const Bsdf& bsdf, Vec3 wo) {
   return std::visit([&](const auto& b) { return b.albedo(wo); }, bsdf);
 }

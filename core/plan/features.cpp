@@ -77,8 +77,10 @@ Features features_of(const Scene& scene) {
     features.emitters |= !material.emission.is_black();
     features.alpha |= has_alpha(material);
     features.textures |= varies(material);
+    features.unlit |= std::holds_alternative<Unlit>(material.surface);
+    features.absorption |= !material.absorption.is_black() && lets_light_in(material.surface);
   }
-  if (features.emitters || features.alpha || features.textures) features.only_whitted = false;
+  if (features.emitters || features.alpha || features.textures || features.absorption) features.only_whitted = false;
   for (const Light& light : scene.lights) add(light, features);
   features.ground = scene.ground && !scene.objects.empty();
   const bool has_environment = !is_black(environment_of(scene));

@@ -25,6 +25,8 @@ struct Features {
   bool transmission = false;    ///< A surface whose smooth lobes pass light.
   bool alpha = false;           ///< A surface that isn't all there.
   bool ground = false;          ///< A ground, and something that may hide the sky from it.
+  bool unlit = false;           ///< A surface shows its colour, whatever the light.
+  bool absorption = false;      ///< A surface that lets light into what absorbs it.
   bool textures = false;        ///< A surface that isn't the same all over.
 };
 Features features_of(const Scene& scene);

@@ -130,7 +130,8 @@ void list_skips(Plan& plan, const Scene& scene, const Settings& settings) {
                                 : "the feature: there is no light to sample");
     skip_feature("light_hierarchy", has.lights != 1,
                  "the feature: one light is all there is, so none has to be picked");
-    skip_feature("last_segments", has.emitters || has.sky, "the feature: no ray can meet a light by chance");
+    skip_feature("last_segments", has.emitters || has.sky || has.unlit,
+                 "the feature: no ray can meet a light by chance");
     skip_feature("transmission", has.transmission,
                  "the feature: no surface scatters light to its far side, so none is lit from behind");
     skip_feature("alpha", has.alpha, "the feature: all surfaces are opaque");

@@ -27,7 +27,14 @@ std::optional<WhittedSurface> whitted_surface(const Surface& surface) {
   return std::nullopt;
 }
 
+bool lets_light_in(const Surface& surface) {
+  if (const auto* whitted = std::get_if<WhittedSurface>(&surface)) return !whitted->transmit.is_black();
+  if (const auto* layered = std::get_if<Layered>(&surface)) return layered->transmission > 0 && !layered->thin;
+  return std::holds_alternative<Dielectric>(surface);
+}
+
 bool is_black(const Surface& surface) {
+  if (std::holds_alternative<Unlit>(surface)) return true;
   if (const auto* diffuse = std::get_if<Diffuse>(&surface)) return diffuse->color.is_black();
   const auto* s = std::get_if<WhittedSurface>(&surface);
   return s && s->diffuse.is_black() && s->specular.is_black() && s->reflect.is_black() && s->transmit.is_black();

@@ -68,7 +68,13 @@ struct Layered {
   float sheen_roughness = 0;
 };
 
-using Surface = std::variant<WhittedSurface, Diffuse, Conductor, Dielectric, MetallicRoughness, Layered>;
+/// Shows its colour as radiance to whoever looks, on both sides, whatever the light. It isn't a lamp: none is sampled
+/// there.
+struct Unlit {
+  Rgb color{1, 1, 1};
+};
+
+using Surface = std::variant<WhittedSurface, Diffuse, Conductor, Dielectric, MetallicRoughness, Layered, Unlit>;
 
 /// What a texture says something of. Those that a surface doesn't have are ignored.
 enum class TextureSlot : std::uint8_t {
@@ -107,6 +113,7 @@ struct Material {
   bool has_vertex_colors = false;  ///< Its colour is multiplied by that of a mesh's vertices,
   bool has_vertex_alpha = false;   ///< and its alpha by theirs.
   std::vector<TextureUse> textures = {};
+  Rgb absorption{};  ///< Of what `lets_light_in`: Beer's law, what light loses per metre inside, 1/m; ≥ 0.
 };
 
 /// Whether the material isn't the same all over: see core/material/surface_at.h.
@@ -126,6 +133,9 @@ bool is_lamp(const Material& material);
 /// The surface as Whitted's: his own, or one that is a special case of it: diffuse, or smooth and dielectric. Nothing
 /// for what he has no rays for; emission and alpha aren't looked at.
 std::optional<WhittedSurface> whitted_surface(const Surface& surface);
+
+/// Whether light that passes it is inside then: it isn't a sheet.
+bool lets_light_in(const Surface& surface);
 
 /// Whether it gives nothing back of what comes to it, and lets nothing pass.
 bool is_black(const Surface& surface);

@@ -338,5 +338,99 @@ TEST(LightClosedForms, RoughSurfacesTendToSmoothOnes_Stress76) {
   }
 }
 
+/// A wide slab from z = 0 down to -thickness.
+void add_slab(SceneBuilder& b, std::uint32_t material, float thickness) {
+  b.add(horizontal(50, 0), material).add(horizontal(50, -thickness, false), material);
+}
+
+/// Beer's law: even light around a slab, of which some is mirrored in front, some behind, back and forth.
+TEST(LightClosedForms, WhatASlabAbsorbs) {
+  const Rgb absorption{0.5F, 2, 0};
+  const float thickness = 0.75F;
+  for (const float ior : {1.0F, 1.5F, 2.4F})
+    for (const bool layered : {false, true}) {
+      SceneBuilder b;
+      const Surface glass =
+          layered ? Surface(Layered{.metallic = 0, .roughness = 0, .ior = ior, .transmission = 1, .thin = false})
+                  : Surface(Dielectric{ior});
+      add_slab(b, b.material(Material{.surface = glass, .absorption = absorption}), thickness);
+      b.background({1, 1, 1});
+      const Image image =
+          render_image(b.build(), down_at(0.1F, 0.2F),
+                       light_settings(IntegratorKind::path, 32, static_cast<std::uint32_t>(effort(16, 256)), 32));
+      const double f = std::pow((ior - 1.0) / (ior + 1.0), 2);
+      for (float Rgb::*channel : {&Rgb::r, &Rgb::g, &Rgb::b}) {
+        const double t = std::exp(-double{absorption.*channel} * thickness);
+        const double due = f + (1 - f) * (1 - f) * t * (1 + f * t) / (1 - f * f * t * t);
+        const Moments mean = moments_of(image.pixels, channel);
+        EXPECT_NEAR(mean.mean(), due, 1e-5 + 4 * mean.standard_error()) << ior << ' ' << layered;
+      }
+    }
+}
+
+/// Of the same index as what is around, seen aslant, with sheets in it: the way inside is what counts.
+TEST(LightClosedForms, WhatASlabAbsorbsAlongAnySlantAndThroughSheets) {
+  const double way = 0.5 * std::sqrt(1 + 0.25);
+  for (const bool with_sheets : {false, true}) {
+    SceneBuilder b;
+    add_slab(b, b.material(Material{.surface = Dielectric{1}, .absorption = {1, 2, 3}}), 0.5F);
+    b.background({1, 1, 1});
+    if (with_sheets) {
+      b.add(horizontal(50, -0.125F), b.material(Material{.surface = Diffuse{}, .alpha = 0}));
+      b.add(
+          horizontal(50, -0.25F),
+          b.material(Material{
+              .surface = Layered{
+                  .base_color = {0.5F, 0.5F, 0.5F}, .metallic = 0, .roughness = 0, .specular = 0, .transmission = 1}}));
+    }
+    const Camera camera = OrthographicCamera{{{0.5F, 0, 1}, {0, 0, 0}, {0, 1, 0}}, 1e-3F};
+    const Image image = render_image(b.build(), camera, light_settings(IntegratorKind::path, 8, 4));
+    for (const Rgb& c : image.pixels.color) {
+      const double sheets = with_sheets ? 0.5 : 1;
+      EXPECT_NEAR(c.r, sheets * std::exp(-way), 1e-5);
+      EXPECT_NEAR(c.g, sheets * std::exp(-2 * way), 1e-5);
+      EXPECT_NEAR(c.b, sheets * std::exp(-3 * way), 1e-5);
+    }
+  }
+}
+
+/// A floor in a slab, lit by a lamp in it: on the way there it is absorbed, too.
+TEST(LightClosedForms, WhatIsAbsorbedOnTheWayFromALamp) {
+  SceneBuilder b;
+  add_slab(b, b.material(Material{.surface = Dielectric{1}, .absorption = {1, 1, 1}}), 1);
+  b.add(horizontal(50, -0.75F), b.material(Material{.surface = Diffuse{grey(0.5F)}}));
+  b.light(PointLight{{0, 0, -0.25F}, {2, 2, 2}});
+  const Image image = render_image(b.build(), down_at(0.001F, 0.001F), light_settings(IntegratorKind::path, 8, 1, 3));
+  for (const Rgb& c : image.pixels.color) EXPECT_NEAR(c.g, 0.5 / kPi * 2 / 0.25 * std::exp(-0.75 - 0.5), 1e-3);
+}
+
+/// Its colour is what is seen, straight, mirrored and through its own holes, with light and without.
+TEST(LightClosedForms, WhatIsUnlitShowsItsColour) {
+  const Rgb color{0.25F, 0.5F, 2};
+  for (const bool with_light : {false, true})
+    for (const IntegratorKind integrator : {IntegratorKind::automatic, IntegratorKind::direct})
+      for (const bool faces : {true, false})
+        for (const float alpha : {1.0F, 0.25F}) {
+          SceneBuilder b;
+          b.add(horizontal(5, 0, faces), b.material(Material{.surface = Unlit{color}, .alpha = alpha}));
+          b.add(horizontal(0.2F, 0.5F, false),
+                b.material(Material{.surface = Conductor{{1, 1, 1}, {1e4F, 1e4F, 1e4F}}}));
+          if (with_light) b.light(PointLight{{0, 0, 3}, {9, 9, 9}});
+          const auto scene = b.build();
+          for (const std::uint32_t depth : {1U, 2U}) {
+            if (depth == 1 && integrator == IntegratorKind::direct) continue;
+            Settings settings = light_settings(integrator, 4, 4);
+            if (integrator == IntegratorKind::automatic) settings.max_depth = depth;
+            settings.aovs = {Aov::albedo};
+            const Image straight = render_image(scene, down_at(1, 1), settings);
+            for (const Rgb& c : straight.pixels.color) EXPECT_EQ(c, color * alpha);
+            for (const Rgb& c : straight.pixels.plane<Rgb>(Aov::albedo)) EXPECT_EQ(c.b, color.b);
+            if (depth == 1) continue;
+            const Camera up = OrthographicCamera{{{0.1F, 0, 0.25F}, {0.1F, 0, 1}, {0, 1, 0}}, 1e-3F};
+            for (const Rgb& c : render_image(scene, up, settings).pixels.color) EXPECT_NEAR(c.b, color.b * alpha, 1e-3);
+          }
+        }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -69,6 +69,7 @@ inline std::vector<BsdfCase> bsdf_cases() {
       metallic("plastic", {.base_color = {0.8F, 0.3F, 0.2F}, .metallic = 0, .roughness = 0.3F}),
       metallic("halfway", {.base_color = {0.8F, 0.6F, 0.2F}, .metallic = 0.5F, .roughness = 0.5F}),
       metallic("rough metal", {.base_color = {0.8F, 0.6F, 0.2F}, .metallic = 1, .roughness = 1}),
+      {"unlit", {.surface = Unlit{{0.9F, 0.5F, 0.1F}}}},
       layered("plastic of a high index",
               {.base_color = {0.8F, 0.3F, 0.2F}, .metallic = 0, .roughness = 0.3F, .ior = 2.2F}),
       layered("a coloured highlight", {.base_color = {0.8F, 0.3F, 0.2F},

@@ -133,11 +133,13 @@ TEST(Furnace, NoMoreComesBackThanCame) {
 
 /// Phong's highlight apart, of which part is below the horizon.
 TEST(Furnace, AlbedoIsWhatComesBack) {
-  for (const BsdfCase& c : bsdf_cases())
+  for (const BsdfCase& c : bsdf_cases()) {
+    if (std::holds_alternative<Unlit>(c.material.surface)) continue;  // It tells what it shows.
     for (const double cos_theta : {0.9, 0.5})
       EXPECT_NEAR(albedo(c.bsdf(), at_angle(cos_theta)).g,
                   std::min(seen(c.bsdf(), at_angle(cos_theta), even_light), 1.0), c.keeps_energy ? 0.02 : 0.1)
           << c.name;
+  }
 }
 
 /// Light that isn't even, so that what lands where counts.

@@ -1,15 +1,23 @@
 #include "server/asset.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <iterator>
 #include <optional>
+#include <set>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "proto/wire/file_kind.h"
+#include "proto/wire/printable.h"
 #include "server/blob_store.h"
 #include "server/config.h"
 #include "server/json_members.h"
 #include "server/lane.h"
 #include "server/media_type.h"
+#include "server/multipart.h"
+#include "server/zip_archive.h"
 
 namespace tessera::server {
 using proto::FileFormat;
@@ -36,8 +44,6 @@ struct KindOfFormat {
 constexpr KindOfFormat kKinds[] = {
     {FileKind::obj, FileFormat::obj}, {FileKind::ply, FileFormat::ply}, {FileKind::nff, FileFormat::nff}};
 
-constexpr std::string_view kBody = "body";
-
 std::optional<FileFormat> format_of_type(std::string_view content_type) {
   for (const MediaType& type : kMediaTypes)
     if (is_media_type(content_type, type.name)) return type.format;
@@ -58,16 +64,121 @@ Problem cannot_tell(FileKind kind) {
           {}};
 }
 
-Result<Asset> open_document(Asset asset, ReceivedFile& file, const Config& config) {
-  if (file.size() > config.max_body)
-    return Problem{ProblemCode::payload_too_large,
-                   "Of a document, at most " + std::to_string(config.max_body) + " bytes are taken.",
-                   {}};
-  FileBudget::spend(file.size());
-  asset.document = file.content();
-  asset.kind = has_member(asset.document, "scene") ? AssetKind::job_document : AssetKind::scene_document;
-  return asset;
+bool is_zip(std::string_view content_type, FileKind kind) {
+  return kind == FileKind::zip || is_media_type(content_type, "application/zip") ||
+         is_media_type(content_type, "application/x-zip-compressed");
 }
+
+Problem unusable(std::string detail) { return {ProblemCode::malformed_request, std::move(detail), {}}; }
+
+/// The format that a file has by what is said of it.
+std::optional<FileFormat> format_of(const NamedFile& file) {
+  const auto by_type = format_of_type(file.content_type);
+  return by_type ? by_type : proto::format_of(file.name);
+}
+
+/// Names of files, as they are written in a sentence.
+std::string listed(const std::vector<const NamedFile*>& files) {
+  constexpr std::size_t kMostNames = 10;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(files.size(), kMostNames); ++i)
+    text += (i == 0 ? "" : ", ") + proto::printable(files[i]->name);
+  return files.size() > kMostNames ? text + " and " + std::to_string(files.size() - kMostNames) + " more" : text;
+}
+
+class AssetOpener {
+ public:
+  AssetOpener(Services& services, const std::stop_token& abandoned) : services_(services), abandoned_(abandoned) {
+    asset_.files = std::make_unique<RequestFiles>(services.blobs);
+  }
+
+  Result<Asset> open_form(std::string_view content_type, ReceivedFile& body) {
+    FileBudget::spend(body.size());
+    const auto parts = parse_form(content_type, body.content());
+    if (!parts) return parts.problem();
+    std::vector<NamedFile> files;
+    std::set<std::string> names;
+    for (const FormPart& part : *parts) {
+      const std::string called = '"' + proto::printable(part.file_name.value_or(part.name)) + '"';
+      if (!part.file_name) return unusable("The form's part " + called + " is no file: it has no file name.");
+      if (const std::string why = why_unsafe(*part.file_name); !why.empty())
+        return unusable("The form's file " + called + ' ' + why);
+      std::string name = std::filesystem::path(*part.file_name).lexically_normal().generic_string();
+      if (!names.insert(name).second) return unusable("Two of the form's files are called " + called + '.');
+      files.push_back({std::move(name), part.content_type, services_.blobs.receive()});
+      files.back().file->write(std::as_bytes(std::span(part.content)));
+    }
+    if (files.size() == 1) return open_one(files.front());
+    return open_all(files);
+  }
+
+  Result<Asset> open_one(const NamedFile& given) {
+    ReceivedFile& file = *given.file;
+    if (file.size() == 0) return unusable("There is nothing in the body; send the file that is to be rendered.");
+    const FileKind kind = proto::file_kind(file.head(proto::kFileHead), file.size());
+    if (is_zip(given.content_type, kind)) return open_archive(file);
+    auto format = format_of_type(given.content_type);
+    if (!format) format = format_of_kind(kind);
+    if (format) return take_model(given, *format);
+    if (kind == FileKind::json || is_media_type(given.content_type, "application/json")) return take_document(given);
+    return cannot_tell(kind);
+  }
+
+ private:
+  Result<Asset> open_archive(ReceivedFile& archive) {
+    FileBudget::spend(archive.size());
+    if (FileBudget::is_limited()) throw TooHeavy{};
+    const auto new_file = [this] { return std::shared_ptr<ReceivedFile>(services_.blobs.receive()); };
+    const auto files = unpack_zip(archive.content(), services_.config.max_blob, new_file, abandoned_);
+    if (!files) return files.problem();
+    return open_all(*files);
+  }
+
+  /// One of them is the model, the others go with it.
+  Result<Asset> open_all(const std::vector<NamedFile>& files) {
+    std::vector<const NamedFile*> all, models;
+    for (const NamedFile& file : files) {
+      all.push_back(&file);
+      if (format_of(file)) models.push_back(&file);
+    }
+    if (models.size() > 1)
+      return unusable("It can't be told which file is to be rendered: " + listed(models) +
+                      ". Send one of them, with the files that it names.");
+    if (models.empty())
+      return unusable(files.empty() ? "There is no file in it."
+                                    : "None of the files is known to be a model by its name: " + listed(all) + '.');
+    const NamedFile& model = *models.front();
+    const auto folder = std::filesystem::path(model.name).parent_path();
+    for (const NamedFile& file : files)
+      if (&file != &model)
+        asset_.companions.emplace(std::filesystem::path(file.name).lexically_relative(folder).generic_string(),
+                                  asset_.files->add(file.file));
+    return take_model(model, *format_of(model));
+  }
+
+  Asset take_model(const NamedFile& file, FileFormat format) {
+    asset_.format = format;
+    asset_.name = proto::printable(file.name);
+    asset_.hash = asset_.files->add(file.file);
+    return std::move(asset_);
+  }
+
+  Result<Asset> take_document(const NamedFile& file) {
+    const std::uint64_t most = services_.config.max_body;
+    if (file.file->size() > most)
+      return Problem{
+          ProblemCode::payload_too_large, "Of a document, at most " + std::to_string(most) + " bytes are taken.", {}};
+    FileBudget::spend(file.file->size());
+    Asset asset = take_model(file, {});
+    asset.document = file.file->content();
+    asset.kind = has_member(asset.document, "scene") ? AssetKind::job_document : AssetKind::scene_document;
+    return asset;
+  }
+
+  Services& services_;
+  const std::stop_token& abandoned_;
+  Asset asset_;
+};
 
 }  // namespace
 
@@ -89,26 +200,10 @@ Result<proto::SourceFile> RequestFiles::asset(std::string_view relative_path, co
 }
 
 Result<Asset> open_asset(Services& services, Request& request) {
-  Asset asset;
-  asset.name = kBody;
-  asset.files = std::make_unique<RequestFiles>(services.blobs);
-  ReceivedFile& file = *request.file;
-  asset.hash = asset.files->add(request.file);
-  if (file.size() == 0)
-    return Problem{ProblemCode::malformed_request, "There is no body; send the file that is to be rendered.", {}};
   const std::string_view content_type = request.header("content-type").value_or("");
-  if (const auto format = format_of_type(content_type)) {
-    asset.format = *format;
-    return asset;
-  }
-  const FileKind kind = proto::file_kind(file.head(proto::kFileHead), file.size());
-  if (const auto format = format_of_kind(kind)) {
-    asset.format = *format;
-    return asset;
-  }
-  if (kind == FileKind::json || is_media_type(content_type, "application/json"))
-    return open_document(std::move(asset), file, services.config);
-  return cannot_tell(kind);
+  AssetOpener opener(services, request.abandoned);
+  if (is_media_type(content_type, "multipart/form-data")) return opener.open_form(content_type, *request.file);
+  return opener.open_one({"body", std::string(content_type), request.file});
 }
 
 }  // namespace tessera::server

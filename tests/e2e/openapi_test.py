@@ -208,7 +208,8 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 422, *render, {"objects": 1})
             endless = self.ask(daemon, 202, *render, ENDLESS_PIXEL, {"Prefer": "respond-async"})
             waiting = daemon.connect()
-            waiting.request("POST", "/v1/render", json.dumps({**ENDLESS_PIXEL, "name": "2"}), {"Content-Type": "application/json"})
+            body = json.dumps({**ENDLESS_PIXEL, "name": "2"})
+            waiting.request("POST", "/v1/render", body, {"Content-Type": "application/json"})
             endless = [endless.json()["id"]]
             while len(endless) < 2:
                 endless = [job["id"] for job in daemon.request("GET", "/v1/jobs").json()["jobs"][1:]]

@@ -1,10 +1,12 @@
 """POST /v1/render: a file in, its picture out."""
 
+import io
 import json
 import os
 import struct
 import time
 import unittest
+import zipfile
 import zlib
 
 from concurrency_test import all_at_once
@@ -14,9 +16,13 @@ from documents import ENDLESS_PIXEL, SPHERE
 # A square that faces +z, the front.
 OBJ = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n"
 PLY = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-PLY += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n4 0 1 2 3\n"
+PLY += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+PLY += b"-1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n4 0 1 2 3\n"
 NFF = b"b 0.2 0.4 0.6\nv\nfrom 0 0 4\nat 0 0 0\nup 0 1 0\nangle 40\nhither 1\nresolution 20 10\nl 4 3 2\n"
 NFF += b"f 1 1 1 1 0 0 0 0\ns 0 0 0 0.5\n"
+# The same with a library, which makes it red.
+WITH_MTL = b"mtllib a.mtl\nusemtl red\n" + OBJ
+MTL = b"newmtl red\nKd 1 0 0\n"
 JOB = {"scene": SPHERE, "image": {"width": 8, "height": 6}, "settings": {"samples": 2}}
 
 
@@ -48,6 +54,24 @@ def pixels(png):
         rows.append([tuple(row[i : i + channels]) for i in range(0, stride, channels)])
         above = bytes(row)
     return width, height, rows
+
+
+def form(files, boundary="b0undary"):
+    """The body of a form of files, by their names, and its type."""
+    body = b""
+    for name, content in files:
+        body += f'--{boundary}\r\nContent-Disposition: form-data; name="f"; filename="{name}"\r\n\r\n'.encode()
+        body += content + b"\r\n"
+    return body + f"--{boundary}--\r\n".encode(), {"Content-Type": f"multipart/form-data; boundary={boundary}"}
+
+
+def archive(files):
+    """A ZIP archive of files by their names."""
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as out:
+        for name, content in files:
+            out.writestr(name, content)
+    return data.getvalue()
 
 
 class RenderTest(unittest.TestCase):
@@ -91,6 +115,54 @@ class RenderTest(unittest.TestCase):
         self.render(OBJ, headers={"Content-Encoding": "gzip"}, status=415)
         self.render(b"", status=400)
 
+    def middle(self, reply):
+        width, height, rows = pixels(reply.body)
+        return rows[height // 2][width // 2]
+
+    def test_files_come_with_those_that_they_name(self):
+        query = "?width=16&samples=4&azimuth=0&elevation=0"
+        red = self.render(*self.with_query(query, form([("a.obj", WITH_MTL), ("a.mtl", MTL)])))
+        self.assertGreater(self.middle(red)[0], 2 * self.middle(red)[1])
+        grey = self.render(*self.with_query(query, form([("a.obj", WITH_MTL)])))
+        self.assertEqual(len(set(self.middle(grey))), 1)
+        warnings = [self.daemon.request("GET", r.headers["Location"]).json()["warnings"] for r in (red, grey)]
+        self.assertEqual((warnings[0], warnings[1] > 0), (0, True))
+        # Whatever the boundary is, the order, or the way, it is the same job.
+        for body, headers in (
+            form([("./a.mtl", MTL), ("a.obj", WITH_MTL)], "another"),
+            (archive([("a.obj", WITH_MTL), ("a.mtl", MTL)]), {"Content-Type": "application/zip"}),
+            (archive([("in/a.mtl", MTL), ("in/a.obj", WITH_MTL), ("__MACOSX/in/._a.obj", b"?")]), {}),
+            form([("whole.zip", archive([("a.obj", WITH_MTL), ("a.mtl", MTL)]))]),
+        ):
+            again = self.render(body, query, headers)
+            self.assertEqual((again.headers["Location"], again.body), (red.headers["Location"], red.body))
+        self.render(*self.with_query("?width=16&samples=1", form([("scene.json", json.dumps(SPHERE).encode())])))
+
+    def with_query(self, query, body_and_headers):
+        return body_and_headers[0], query, body_and_headers[1]
+
+    def test_forms_and_archives_that_cannot_be_used(self):
+        for files, words in (
+            ([("a.obj", OBJ), ("b/c.ply", PLY)], ["a.obj", "b/c.ply"]),
+            ([("a.txt", b"x"), ("b", b"y")], ["a.txt"]),
+            ([("../a.obj", OBJ), ("b", b"")], ["../a.obj"]),
+            ([("/a.obj", OBJ), ("b", b"")], ["/a.obj"]),
+            ([("a.obj", OBJ), ("./a.obj", OBJ)], ["a.obj"]),
+        ):
+            zipped = (archive(files), {"Content-Type": "application/zip"})
+            for body, headers in (form(files), zipped):
+                detail = self.render(body, "", headers, 400).json()["detail"]
+                for word in words:
+                    self.assertIn(word, detail)
+        body, headers = form([("a.obj", OBJ)])
+        self.render(body[:-10], "", headers, 400)
+        self.render(body, "", {"Content-Type": "multipart/form-data"}, 400)
+        self.render(archive([("a.obj", OBJ)])[:-30], "", {"Content-Type": "application/zip"}, 400)
+        self.render(archive([("a.obj", b"\n" * (40 << 20))]), "", {}, 413)
+        broken = form([("a.obj", b"v 1 x\nf 1\n"), ("a.mtl", b"")])
+        self.assertEqual(self.places(self.render(broken[0], "", broken[1], 422))[0], "a.obj:1")
+        self.assertEqual(os.listdir(os.path.join(self.daemon.data_dir, "blobs")), [])
+
     def test_scenes_are_taken_as_they_are(self):
         width, height, rows = pixels(self.render(NFF).body)
         self.assertEqual((width, height), (20, 10))
@@ -116,7 +188,8 @@ class RenderTest(unittest.TestCase):
         self.assertEqual(self.places(self.render(OBJ, "?aov=no&background=pink", status=400)), ["?aov", "?background"])
         self.assertEqual(self.places(self.render(OBJ, "?width=100000000", status=422)), ["?width"])
         self.assertEqual(self.places(self.render(OBJ, "?wdith=1", status=400)), ["?wdith"])
-        self.assertEqual(self.places(self.render(b"v 1 2 x\nf 1 2 3\n", "", {"Content-Type": "model/obj"}, 422)), ["body:1", "body:2"])
+        reply = self.render(b"v 1 2 x\nf 1 2 3\n", "", {"Content-Type": "model/obj"}, 422)
+        self.assertEqual(self.places(reply), ["body:1", "body:2"])
         self.assertEqual(self.places(self.render({"objects": [{"type": "sphere"}]}, status=422))[0][:10], "/objects/0")
         self.render(b'{"objects": [}', headers={"Content-Type": "application/json"}, status=400)
 
@@ -138,7 +211,8 @@ class RenderTest(unittest.TestCase):
             self.assertEqual(rows[0][0], corner)
         _, _, rows = pixels(self.render(OBJ, "?width=16&samples=1&background=transparent").body)
         self.assertEqual(rows[0][0], (0, 0, 0, 0))
-        _, _, rows = pixels(self.render(OBJ, "?width=16&samples=1&background=environment&environment=0.5&tone_map=none").body)
+        query = "?width=16&samples=1&background=environment&environment=0.5&tone_map=none"
+        _, _, rows = pixels(self.render(OBJ, query).body)
         self.assertEqual(rows[0][0], (188, 188, 188))
         path = self.render(OBJ, "?width=16&samples=1").headers["Location"] + "/image"
         _, _, rows = pixels(self.daemon.request("GET", path + "?background=112233").body)

@@ -162,5 +162,37 @@ TEST(ImageChoice, TheEncoderTakesWhatTheTablePromises) {
     }
 }
 
+TEST(ImageChoice, ABackgroundIsOfWhatIsTransparent) {
+  const auto choose_of = [](const std::string& query, bool transparent, const ImageDefaults& defaults = {}) {
+    Request request;
+    request.target = *parse_target("/?" + query);
+    Settings settings;
+    settings.transparent = transparent;
+    if (transparent) settings.aovs = {Aov::alpha, Aov::depth};
+    return choose_image(request, settings, defaults);
+  };
+  EXPECT_EQ(choose_of("background=FF0000", true)->encoding.background, (Rgb{1, 0, 0}));
+  EXPECT_EQ(choose_of("background=%23ff0000&format=jpeg", true)->encoding.background, (Rgb{1, 0, 0}));
+  EXPECT_EQ(choose_of("background=white", true)->encoding.background, (Rgb{1, 1, 1}));
+  EXPECT_FALSE(choose_of("background=transparent", true)->encoding.background);
+  EXPECT_FALSE(choose_of("", true)->encoding.background);
+  const ImageDefaults white{ToneMap::aces, Rgb{1, 1, 1}};
+  EXPECT_EQ(choose_of("", true, white)->encoding.background, (Rgb{1, 1, 1}));
+  EXPECT_EQ(choose_of("", true, white)->encoding.look.tone_map, ToneMap::aces);
+  EXPECT_FALSE(choose_of("background=transparent", true, white)->encoding.background);
+  EXPECT_FALSE(choose_of("", false, white)->encoding.background);
+  for (const char* other : {"format=exr", "aov=depth"}) {
+    const auto choice = choose_of(other, true, white);
+    EXPECT_FALSE(choice->encoding.background) << other;
+    EXPECT_EQ(choice->encoding.look, Look()) << other;
+    EXPECT_FALSE(choose_of(std::string(other) + "&background=ffffff", true)) << other;
+  }
+  for (const char* bad : {"fffff", "fffffff", "ffffff ", "+fffff", "0xffff", "pink", "", "%23", "-12345"})
+    EXPECT_EQ(choose_of(std::string("background=") + bad, true).problem().errors.at(0).pointer, "?background") << bad;
+  EXPECT_FALSE(choose_of("background=ffffff", false));
+  EXPECT_TRUE(choose_of("background=environment", false));
+  EXPECT_FALSE(choose_of("background=environment", true));
+}
+
 }  // namespace
 }  // namespace tessera::server

@@ -289,6 +289,64 @@ TEST(JobTable, ListsInOrderOfArrival) {
   EXPECT_EQ(canceled[0].id, ids[7]);
 }
 
+struct CountsEnds final : JobTable::Waiter {
+  explicit CountsEnds(JobTable& its_table) : table(its_table) {}
+  void job_has_ended() noexcept override {
+    ++ends;
+    table.list("", 1, std::nullopt);  // Which the table's lock mustn't be held for.
+  }
+  JobTable& table;
+  int ends = 0;
+};
+
+TEST(JobTable, WhoWaitsIsToldOnceOfTheEnd) {
+  JobTable table(kRoomy);
+  for (int way = 0; way < 4; ++way) {
+    const std::string id = add(table);
+    CountsEnds a(table), b(table), gone(table);
+    for (CountsEnds* waiter : {&a, &gone, &b}) ASSERT_TRUE(table.wait(id, *waiter));
+    EXPECT_TRUE(table.stop_waiting(id, gone));
+    EXPECT_FALSE(table.stop_waiting(id, gone));
+    table.start_preparing(id);
+    table.start_rendering(id, std::nullopt, film());
+    EXPECT_EQ(a.ends + b.ends, 0);
+    if (way == 0) table.complete(id);
+    if (way == 1) table.fail(id, "why");
+    if (way == 2) EXPECT_TRUE(table.cancel(id));
+    if (way == 3) table.shut_down();
+    EXPECT_EQ(a.ends, 1) << way;
+    EXPECT_EQ(b.ends, 1) << way;
+    EXPECT_EQ(gone.ends, 0) << way;
+    EXPECT_FALSE(table.stop_waiting(id, a));
+    EXPECT_FALSE(table.wait(id, a)) << "it has ended";
+    table.cancel(id);
+    EXPECT_EQ(a.ends, 1);
+  }
+  CountsEnds nobody(table);
+  EXPECT_FALSE(table.wait("x", nobody));
+}
+
+TEST(JobTable, AJobEndsWithItsLastHold) {
+  JobTable table(kRoomy);
+  const auto is_unfinished_after = [&](bool kept, bool keeps_later) {
+    const std::string id = (*table.add(order(), kept)).id;
+    auto first = table.hold(id), second = table.hold(id);
+    first.reset();
+    EXPECT_TRUE(table.is_unfinished(id));
+    if (keeps_later) table.keep(id);
+    second.reset();
+    return table.is_unfinished(id);
+  };
+  EXPECT_FALSE(is_unfinished_after(false, false));
+  EXPECT_TRUE(is_unfinished_after(true, false));
+  EXPECT_TRUE(is_unfinished_after(false, true));
+  EXPECT_EQ(table.hold("x"), nullptr);
+  const std::string id = (*table.add(order(), false)).id;
+  const auto held = table.hold(id);
+  table.cancel(id);
+  EXPECT_EQ(table.remove(id), std::nullopt) << "and what is let go later is nothing";
+}
+
 TEST(JobTable, ShuttingDownCancelsAndAdmitsNoMore) {
   JobTable table(kRoomy);
   const auto active = table.add(order());

@@ -39,5 +39,15 @@ TEST(DisplayByte, ClampsAndTakesNanForBlack) {
   EXPECT_EQ(display_byte(0.5F), 188);
 }
 
+TEST(DisplayLight, IsWhatTheByteIsMadeOf) {
+  for (int byte = 0; byte < 256; ++byte) {
+    const float light = display_light(static_cast<std::uint8_t>(byte));
+    EXPECT_EQ(display_byte(light), byte);
+    EXPECT_NEAR(static_cast<double>(curve(light)), byte, 1e-4);
+  }
+  EXPECT_EQ(display_light(0), 0);
+  EXPECT_EQ(display_light(255), 1);
+}
+
 }  // namespace
 }  // namespace tessera

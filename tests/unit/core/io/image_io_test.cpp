@@ -189,6 +189,35 @@ TEST(ImageIo, APngOfATransparentImageHasTheColourOfWhatCoversIt) {
             3);
 }
 
+TEST(ImageIo, ABackgroundShowsThroughAsItWasAskedFor) {
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpeg}) {
+    Encoding over{.format = format, .jpeg = {100, Subsampling::s444}, .transparent = true};
+    over.background = Rgb{0, display_light(100), display_light(200)};
+    const bool is_png = format == ImageFormat::png;
+    const Decoded image = decode(*encode(half_covered(), kColorPlane, over), is_png ? "x.png" : "x.jpg");
+    EXPECT_EQ(image.spec.nchannels, 3);
+    // In linear light: a half of 0.5 is 0.25 → 137; a half of 1 and a half of 0.127 is 0.564 → 198; a half of 0.578 is
+    // 0.289 → 147.
+    const std::vector<std::uint8_t> expected{137, 198, 147, 0, 100, 200};
+    if (is_png) {
+      EXPECT_EQ(image.bytes(), expected);
+    } else {
+      for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(image.bytes()[i], expected[i], 60) << i;
+    }
+  }
+  // What is brighter than white doesn't outshine what is beside it in the pixel.
+  Pixels bright = half_covered();
+  bright.color[0] = {50, 50, 50};
+  Encoding over{.format = ImageFormat::png, .transparent = true};
+  over.background = Rgb{0, 0, 0};
+  EXPECT_EQ(decode(*encode(bright, kColorPlane, over), "x.png").bytes()[0], 188);
+  over.look.tone_map = ToneMap::aces;
+  over.background = Rgb{1, 1, 1};
+  EXPECT_EQ(decode(*encode(bright, kColorPlane, over), "x.png").bytes()[3], 255) << "isn't mapped itself";
+  const std::vector<std::uint8_t> done{0, 0};
+  EXPECT_EQ(decode(*encode(bright, kColorPlane, over, &done), "x.png").bytes()[0], 255) << "where nothing is yet";
+}
+
 TEST(ImageIo, AnExrOfATransparentImageIsMultipliedByItsAlpha) {
   const Encoding transparent{.format = ImageFormat::exr, .transparent = true};
   const std::vector<std::uint8_t> done{0, 1};

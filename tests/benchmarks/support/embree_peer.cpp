@@ -34,10 +34,7 @@ class Built final : public EmbreeScene {
         device_.get(), [](void*, RTCError, const char* text) { throw std::runtime_error(text); }, nullptr);
     rtcSetDeviceMemoryMonitorFunction(device_.get(), add_bytes, &bytes_);
     positions_.emplace_back();  // Embree reads 16 bytes at the last position too
-    scene_.reset(rtcNewScene(device_.get()));
-    if (scenes == EmbreeScenes::robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    if (scenes == EmbreeScenes::compact) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_COMPACT);
-    if (scenes == EmbreeScenes::high) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
+    scene_ = new_scene(scenes);
     const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     if (scenes == EmbreeScenes::high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions_.data(), 0,
@@ -49,14 +46,39 @@ class Built final : public EmbreeScene {
     rtcReleaseGeometry(geometry);
   }
 
+  /// The mesh becomes a scene of its own, which is built at once; what is left is one of its instances.
+  void instance(Placements placements, EmbreeScenes scenes) {
+    rtcCommitScene(scene_.get());
+    mesh_ = std::move(scene_);
+    scene_ = new_scene(scenes);
+    for (const auto& rows : placements) {
+      const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(geometry, mesh_.get());
+      rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows.data());
+      rtcCommitGeometry(geometry);
+      rtcAttachGeometry(scene_.get(), geometry);
+      rtcReleaseGeometry(geometry);
+    }
+  }
+
   void commit() { rtcCommitScene(scene_.get()); }
   RTCScene handle() const { return scene_.get(); }
   std::size_t bytes() const override { return static_cast<std::size_t>(bytes_.load()); }
+  bool has_instances() const override { return mesh_ != nullptr; }
 
  private:
+  SceneHandle new_scene(EmbreeScenes scenes) const {
+    SceneHandle scene(rtcNewScene(device_.get()));
+    if (scenes == EmbreeScenes::robust) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    if (scenes == EmbreeScenes::compact) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_COMPACT);
+    if (scenes == EmbreeScenes::high) rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+    return scene;
+  }
+
   std::atomic<std::ptrdiff_t> bytes_{0};  // outlives the device that adds to it
   std::vector<Vec3> positions_;
   Device device_;
+  SceneHandle mesh_;  ///< That `scene_` has instances of.
   SceneHandle scene_;
 };
 
@@ -200,6 +222,13 @@ std::string embree_version() { return "Embree " RTC_VERSION_STRING; }
 
 std::unique_ptr<EmbreeBuild> prepare_embree(const TriangleMesh& mesh, EmbreeScenes scenes, int threads) {
   return std::make_unique<Build>(std::make_unique<Built>(mesh, scenes, threads));
+}
+
+std::unique_ptr<EmbreeBuild> prepare_embree_instances(const TriangleMesh& mesh, Placements placements,
+                                                      EmbreeScenes scenes, int threads) {
+  auto built = std::make_unique<Built>(mesh, scenes, threads);
+  built->instance(placements, scenes);
+  return std::make_unique<Build>(std::move(built));
 }
 
 std::unique_ptr<EmbreeRays> make_embree_rays(int width, bool is_any_hit) {

@@ -41,6 +41,7 @@ class EmbreeScene {
   virtual ~EmbreeScene() = default;
   /// Everything that Embree holds for it, the mesh's own arrays not counted.
   virtual std::size_t bytes() const = 0;
+  virtual bool has_instances() const = 0;
 };
 
 /// Hands the mesh over, then builds when told, so that the latter can be timed alone.
@@ -51,9 +52,16 @@ class EmbreeBuild {
   virtual std::unique_ptr<EmbreeScene> build() = 0;
 };
 
+/// A mesh standing in the world many times over, by rows of 3x4 from the mesh's space to the world's.
+using Placements = std::span<const std::array<float, 12>>;
+
 /// Null without Embree. Embree builds with the most threads that any scene or build that is alive was given. The
 /// mesh's triangles outlive the scene; its positions are copied.
 std::unique_ptr<EmbreeBuild> prepare_embree(const TriangleMesh& mesh, EmbreeScenes scenes, int threads);
+
+/// The same for instances of the mesh, which is built with them.
+std::unique_ptr<EmbreeBuild> prepare_embree_instances(const TriangleMesh& mesh, Placements placements,
+                                                      EmbreeScenes scenes, int threads);
 
 /// Rays in Embree's own layout, packed in their order, and then its answers.
 class EmbreeRays {

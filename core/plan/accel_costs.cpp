@@ -17,6 +17,7 @@ struct Level {
   double boxes_met = 1;             ///< Items whose box a ray through the whole passes.
   double cells_met = 1;             ///< Items whose cells it passes, where cells are small.
   double visits = 1;                ///< How often a ray comes to walk it.
+  double alike = 1;                 ///< Levels that it stands for, itself counted.
   bool is_few_with_meshes = false;  ///< Objects: few, and some of them large meshes.
 };
 
@@ -180,6 +181,20 @@ struct Levels {
   std::vector<Level> meshes;
 };
 
+/// The meshes that rays come to; of many, some that stand for all.
+std::vector<Level> mesh_levels(const Scene& scene, const std::vector<double>& visits) {
+  constexpr std::size_t kMost = 64;
+  std::vector<std::size_t> meshes;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i)
+    if (visits[i] > 0 && std::holds_alternative<TriangleMesh>(scene.shapes[i])) meshes.push_back(i);
+  const std::size_t step = (meshes.size() + kMost - 1) / kMost;
+  std::vector<Level> levels;
+  for (std::size_t i = 0; i < meshes.size(); i += step)
+    levels.push_back(mesh_level(std::get<TriangleMesh>(scene.shapes[meshes[i]]), visits[meshes[i]]));
+  for (Level& level : levels) level.alike = static_cast<double>(meshes.size()) / static_cast<double>(levels.size());
+  return levels;
+}
+
 /// A ray through the scene's box enters an object's with the share that the object's surface has of the scene's; what
 /// hides behind others is seldom reached, so a ray comes to a few objects at most.
 Levels levels_of(const Scene& scene) {
@@ -198,9 +213,8 @@ Levels levels_of(const Scene& scene) {
   Levels levels;
   const auto item = [&](std::size_t i) { return Sample::Item{boxes[i], half_area(boxes[i])}; };
   levels.objects = level_of(sample_of(boxes.size(), item), kObjectTest, 1);
-  for (std::size_t i = 0; i < scene.shapes.size(); ++i)
-    if (const auto* mesh = std::get_if<TriangleMesh>(&scene.shapes[i]); mesh && visits[i] > 0)
-      levels.meshes.push_back(mesh_level(*mesh, visits[i] * scale));
+  for (double& of_shape : visits) of_shape *= scale;
+  levels.meshes = mesh_levels(scene, visits);
   constexpr std::size_t kFew = 65;  // as in `WideAccel`
   constexpr double kLarge = 1000;
   levels.objects.is_few_with_meshes = boxes.size() <= kFew && std::ranges::any_of(levels.meshes, [](const Level& mesh) {
@@ -215,9 +229,9 @@ AccelEstimate estimate(const AccelOptions& options, const Levels& levels, double
   double build = objects.build, walk = kRay + objects.walk;
   for (const Level& mesh : levels.meshes) {
     const Cost cost = cost_of(options.kind, mesh, true);
-    build += cost.build;
+    build += mesh.alike * cost.build;
     // Without bounds every ray comes to every mesh.
-    walk += cost.walk * (builds ? mesh.visits : std::max(mesh.visits, 1.0));
+    walk += mesh.alike * cost.walk * (builds ? mesh.visits : std::max(mesh.visits, 1.0));
   }
   const BoundFactors bound = factors(options.bound);
   return {options, build * bound.build * 1e-9, walk * bound.walk * rays * 1e-9};

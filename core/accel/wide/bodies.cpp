@@ -6,7 +6,10 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMostTriangles = 1 << 21, kMostPositions = 3 * kMostTriangles;
+/// Objects that lie apart are joined where they are more than fans go through one by one, and small: of large meshes
+/// most may never be needed.
+constexpr std::uint32_t kMany = 65;
+constexpr std::uint64_t kSmallMesh = 4096;
 
 /// A quad's, in the corners that `intersect` takes for them: it is hit where they are.
 constexpr std::array<TriangleIndices, 2> kQuadTriangles{{{0, 1, 2}, {0, 2, 3}}};
@@ -35,7 +38,8 @@ void append(TriangleMesh& all, std::span<const Vec3> positions, std::span<const 
 
 /// How many objects from `first` on follow each other that may be joined, together. `uses` are those of each shape:
 /// of several objects with one shape there would be as many copies.
-std::uint32_t run_from(const Scene& scene, const std::vector<std::uint32_t>& uses, std::uint32_t first) {
+std::uint32_t run_from(const Scene& scene, const std::vector<std::uint32_t>& uses, std::uint32_t first,
+                       std::uint64_t most_triangles) {
   Part all;
   std::uint32_t end = first;
   for (; end < scene.objects.size(); ++end) {
@@ -43,11 +47,18 @@ std::uint32_t run_from(const Scene& scene, const std::vector<std::uint32_t>& use
     const Part part = part_of(scene.shapes[object.shape]);
     all.triangles += part.triangles;
     all.positions += part.positions;
-    if (object.placement || uses[object.shape] > 1 || part.triangles == 0 || all.triangles > kMostTriangles ||
-        all.positions > kMostPositions)
+    if (object.placement || uses[object.shape] > 1 || part.triangles == 0 || all.triangles > most_triangles ||
+        all.positions > 3 * most_triangles)
       break;
   }
   return std::max(1U, end - first);
+}
+
+/// How many objects from `first` on are small, of `count`.
+std::uint32_t small_from(const Scene& scene, std::uint32_t first, std::uint32_t count) {
+  std::uint32_t small = 0;
+  while (small < count && part_of(scene.shapes[scene.objects[first + small].shape]).triangles <= kSmallMesh) ++small;
+  return small;
 }
 
 bool are_in_each_others_way(const Scene& scene, std::uint32_t first, std::uint32_t count) {
@@ -77,17 +88,22 @@ Bodies Bodies::apart(std::shared_ptr<const Scene> scene) {
   return bodies;
 }
 
-Bodies Bodies::joined(std::shared_ptr<const Scene> scene) {
+Bodies Bodies::joined(std::shared_ptr<const Scene> scene, std::uint64_t most_triangles) {
   Bodies bodies(std::move(scene));
-  std::vector<std::uint32_t> uses(bodies.scene_->shapes.size());
-  for (const Object& object : bodies.scene_->objects) ++uses[object.shape];
-  for (std::uint32_t first = 0; first < bodies.body_of_.size();) {
-    const std::uint32_t run = run_from(*bodies.scene_, uses, first);
-    if (run > 1 && are_in_each_others_way(*bodies.scene_, first, run))
-      bodies.add(first, run);
-    else
-      for (std::uint32_t object = first; object < first + run; ++object) bodies.add(object, 1);
-    first += run;
+  const Scene& all = *bodies.scene_;
+  std::vector<std::uint32_t> uses(all.shapes.size());
+  for (const Object& object : all.objects) ++uses[object.shape];
+  for (std::uint32_t first = 0; first < all.objects.size();) {
+    const std::uint32_t end = first + run_from(all, uses, first, most_triangles);
+    if (end - first > 1 && are_in_each_others_way(all, first, end - first)) {
+      bodies.add(first, end - first);
+      first = end;
+    }
+    while (first < end) {
+      const std::uint32_t small = small_from(all, first, end - first), count = small > kMany ? small : 1;
+      bodies.add(first, count);
+      first += count;
+    }
   }
   return bodies;
 }
@@ -107,6 +123,7 @@ void Bodies::add(std::uint32_t first, std::uint32_t count) {
   if (count > 1) {
     body.shape = nullptr;
     body.hierarchy = static_cast<std::uint32_t>(hierarchies_++);
+    members_.emplace_back(std::span(first_triangle_).subspan(first, count), triangles);
   }
   bodies_.push_back(body);
 }
@@ -124,7 +141,9 @@ TriangleMesh Bodies::joined_mesh(const Body& body) const {
 }
 
 std::size_t Bodies::bytes() const {
-  return bodies_.size() * sizeof(Body) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
+  std::size_t bytes = bodies_.size() * sizeof(Body) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
+  for (const PartTable& members : members_) bytes += sizeof(PartTable) + members.bytes();
+  return bytes;
 }
 
 std::vector<Aabb> Bodies::around(std::span<const Aabb> boxes) const {
@@ -141,10 +160,10 @@ PrimitiveId Bodies::left(PrimitiveId id) const {
 PrimitiveId Bodies::of_object(PrimitiveId id) const {
   const Body& body = bodies_[id.object];
   if (body.count == 1) return {body.first, id.primitive};
-  const auto begin = first_triangle_.begin() + body.first;
-  const auto member = std::upper_bound(begin, begin + body.count, id.primitive) - begin - 1;
-  const std::uint32_t object = body.first + static_cast<std::uint32_t>(member);
-  return {object, is_quad_[object] ? 0 : id.primitive - begin[member]};
+  const PartTable& members = members_[body.hierarchy - scene_->shapes.size()];
+  const std::uint32_t object =
+      body.first + members.part_of(id.primitive, std::span(first_triangle_).subspan(body.first, body.count));
+  return {object, is_quad_[object] ? 0 : id.primitive - first_triangle_[object]};
 }
 
 std::vector<std::uint32_t> Bodies::of_objects(std::span<const std::uint32_t> objects) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/accel/wide/part_table.h"
 #include "core/geometry/shape.h"
 #include "core/scene/scene.h"
 
@@ -24,12 +25,15 @@ class Bodies {
     std::uint32_t hierarchy;     ///< Which one is its mesh's, below `hierarchies()`; instances share theirs.
   };
 
+  /// Half of what a hierarchy surely has room for.
+  static constexpr std::uint64_t kMostTriangles = 3 << 23;
+
   /// One for each object.
   static Bodies apart(std::shared_ptr<const Scene> scene);
   /// Runs of objects, each with a shape of its own, are joined where that pays: where a ray that enters the box around
-  /// all of a run enters more than one of theirs, on average. Their hierarchy is made as a whole when the first ray
-  /// comes to it; none has more than 2^21 triangles.
-  static Bodies joined(std::shared_ptr<const Scene> scene);
+  /// all of a run enters more than one of theirs, on average; and where they are small and many. Their hierarchy is
+  /// made as a whole when the first ray comes to it; none has more than so many triangles.
+  static Bodies joined(std::shared_ptr<const Scene> scene, std::uint64_t most_triangles = kMostTriangles);
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(bodies_.size()); }
   const Body& operator[](std::uint32_t body) const { return bodies_[body]; }
@@ -69,6 +73,7 @@ class Bodies {
   std::vector<std::uint32_t> body_of_;         ///< For each object,
   std::vector<std::uint32_t> first_triangle_;  ///< and where its primitives begin among its body's.
   std::vector<std::uint8_t> is_quad_;          ///< That was joined.
+  std::vector<PartTable> members_;             ///< Of each joined body, by its hierarchy, whose triangles are whose.
   std::size_t hierarchies_;
 };
 

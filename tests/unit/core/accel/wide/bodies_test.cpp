@@ -71,17 +71,30 @@ TEST(Bodies, LeaveMeshesThatLieApart) {
   EXPECT_EQ(counts(Bodies::joined(room.build())), std::vector<std::uint32_t>{4});
 }
 
+TEST(Bodies, JoinSmallMeshesThatAreMany) {
+  SceneBuilder b;
+  for (int i = 0; i < 66; ++i) b.add(ball_at(9.0F * static_cast<float>(i)));
+  EXPECT_EQ(counts(Bodies::joined(b.build())), std::vector<std::uint32_t>{66});
+  // A large one stays alone, and so do the few behind it.
+  TriangleMesh large = ball_at(-9);
+  large.triangles.resize(5000, large.triangles[0]);
+  SceneBuilder m;
+  for (int i = 0; i < 66; ++i) m.add(ball_at(9.0F * static_cast<float>(i)));
+  m.add(large).add(ball_at(-18)).add(ball_at(-27));
+  EXPECT_EQ(counts(Bodies::joined(m.build())), (std::vector<std::uint32_t>{66, 1, 1, 1}));
+}
+
 TEST(Bodies, JoinNoMoreThanAMeshHasRoomFor) {
   TriangleMesh half = ball_at(0);
-  half.triangles.resize((1 << 20) + 1, half.triangles[0]);
+  half.triangles.resize(501, half.triangles[0]);
   SceneBuilder b;
   b.add(half).add(half).add(ball_at(0));
-  EXPECT_EQ(counts(Bodies::joined(b.build())), (std::vector<std::uint32_t>{1, 2}));
+  EXPECT_EQ(counts(Bodies::joined(b.build(), 1000)), (std::vector<std::uint32_t>{1, 2}));
   TriangleMesh scattered = ball_at(0);
-  scattered.positions.resize(3 << 21);
+  scattered.positions.resize(3000);
   SceneBuilder s;
   s.add(scattered).add(ball_at(0.5F)).add(ball_at(0));
-  EXPECT_EQ(counts(Bodies::joined(s.build())), (std::vector<std::uint32_t>{1, 2}));
+  EXPECT_EQ(counts(Bodies::joined(s.build(), 1000)), (std::vector<std::uint32_t>{1, 2}));
 }
 
 TEST(Bodies, KnowTheirPrimitivesByBothNames) {

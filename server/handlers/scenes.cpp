@@ -1,4 +1,6 @@
 #include <cstdint>
+#include <set>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
@@ -16,6 +18,12 @@ nlohmann::json describe(const proto::ParsedScene& parsed) {
   nlohmann::json warnings = nlohmann::json::array();
   for (const SceneWarning& warning : scene.warnings)
     warnings.push_back({{"pointer", warning.pointer}, {"detail", warning.detail}});
+  std::set<const TextureImage*> told;
+  for (const Texture& texture : scene.textures) {
+    const std::string problem = texture.image->problem();
+    if (problem.empty() || !told.insert(texture.image.get()).second) continue;
+    warnings.push_back({{"pointer", texture.name}, {"detail", "An image turned out to be broken: " + problem}});
+  }
   return {{"scene", parsed.hash},
           {"objects", scene.objects.size()},
           {"primitives", primitives},

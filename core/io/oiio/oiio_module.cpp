@@ -6,6 +6,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -136,10 +137,22 @@ std::string read_values(OIIO::ImageInput& in, OIIO::TypeDesc type, std::size_t c
   return {};
 }
 
+/// Of four channels.
+void divide_by_alpha(std::vector<std::uint8_t>& values) {
+  for (std::size_t i = 0; i + 3 < values.size(); i += 4) {
+    const unsigned alpha = values[i + 3];
+    if (alpha == 0) continue;
+    for (std::size_t k = i; k < i + 3; ++k)
+      values[k] = static_cast<std::uint8_t>(std::min((values[k] * 255 + alpha / 2) / alpha, 255U));
+  }
+}
+
 std::string read_texture(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes, Texels& texels) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
   OIIO::ImageSpec as_it_is;
   as_it_is.attribute("oiio:UnassociatedAlpha", 1);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  as_it_is.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, static_cast<void*>(&proxy));
   const auto in = OIIO::ImageInput::open(name, &as_it_is, &memory);
   if (!in) return OIIO::geterror();
   const OIIO::ImageSpec spec = in->spec();
@@ -158,8 +171,14 @@ std::string read_texture(const char* name, std::span<const std::byte> file, std:
     problem = read_values<std::uint16_t>(*in, OIIO::TypeDesc::UINT16, count, read);
   else
     problem = read_values<float>(*in, OIIO::TypeDesc::FLOAT, count, read);
-  if (problem.empty()) texels = std::move(read);
-  return problem;
+  if (!problem.empty()) return problem;
+  // OpenImageIO 2.4 multiplies by alpha in any case when it reads WebP.
+  if (auto* bytes = std::get_if<std::vector<std::uint8_t>>(&read.values);
+      bytes && read.channels == 4 && std::string_view(in->format_name()) == "webp" &&
+      spec.get_int_attribute("oiio:UnassociatedAlpha") == 0)
+    divide_by_alpha(*bytes);
+  texels = std::move(read);
+  return {};
 }
 
 }  // namespace

@@ -72,9 +72,10 @@ void check_integrator(const Scene& scene, const Settings& settings, FieldErrors&
   const IntegratorKind chosen = chosen_integrator(settings.integrator, features);
   constexpr const char* kPlace = "/settings/integrator";
   if (chosen == IntegratorKind::whitted && !features.only_whitted) {
-    errors.add(kPlace,
-               "The scene has materials or lights that \"whitted\" doesn't know: what emits, has an alpha below 1, is "
-               "rough or a metal, spots, suns or environments. Take \"path\" or \"auto\".");
+    errors.add(
+        kPlace,
+        "The scene has materials or lights that \"whitted\" doesn't know: what emits, has an alpha below 1, is "
+        "rough, a metal, textured, unlit or absorbs light, spots, suns or environments. Take \"path\" or \"auto\".");
   }
   if ((chosen == IntegratorKind::path || chosen == IntegratorKind::direct) && !features.only_physical) {
     errors.add(kPlace,

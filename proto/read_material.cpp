@@ -9,11 +9,11 @@
 namespace tessera::proto {
 namespace {
 
-enum class MaterialType { diffuse, phong, mirror, whitted, dielectric, conductor, metallic_roughness };
+enum class MaterialType { diffuse, phong, mirror, whitted, dielectric, conductor, metallic_roughness, unlit };
 
 constexpr Rgb kBlack{};
 constexpr NumberRange kIor{1e-3F, 1e3F, false, "a number from 0.001 to 1000"};
-constexpr NumberRange kAbsorption{0, 1e3F, false, "a number from 0 to 1000"};
+constexpr NumberRange kConductorK{0, 1e3F, false, "a number from 0 to 1000"};
 
 struct ComplexIor {
   Rgb eta, k;
@@ -92,7 +92,7 @@ Surface read_conductor(JsonFields& fields) {
         "\"k\" (its complex index of refraction), and only one of these ways.");
   } else if (eta) {
     read_color(eta, ior.eta, kIor);
-    read_color(k, ior.k, kAbsorption);
+    read_color(k, ior.k, kConductorK);
   } else if (color) {
     Rgb f0{};
     read_color(color, f0, kFraction);
@@ -105,13 +105,53 @@ Surface read_conductor(JsonFields& fields) {
   return surface;
 }
 
+/// One that says something only where another is there.
+std::optional<JsonCursor> read_beside(JsonFields& fields, const char* name, const char* other,
+                                      std::optional<JsonCursor> other_value) {
+  const auto value = fields.optional(name);
+  if (value && !other_value)
+    value->error('"' + std::string(name) + "\" says more of \"" + other + "\", and there is none; add it.");
+  return value;
+}
+
+/// glTF's material; `Layered` where it has anything of the extensions.
 Surface read_metallic_roughness(JsonFields& fields) {
   fields.call("a metallic_roughness material");
-  MetallicRoughness surface;
+  Layered surface;
   read_color(fields.optional("base_color"), surface.base_color, kFraction);
   read(fields.optional("metallic"), surface.metallic, kFraction);
   read(fields.optional("roughness"), surface.roughness, kFraction);
+  const auto ior = fields.optional("ior"), specular = fields.optional("specular"),
+             specular_color = fields.optional("specular_color"), transmission = fields.optional("transmission"),
+             clearcoat = fields.optional("clearcoat"), sheen = fields.optional("sheen_color");
+  read(ior, surface.ior, kIor);
+  read(specular, surface.specular, kFraction);
+  read_color(specular_color, surface.specular_color, kNotNegative);
+  read(transmission, surface.transmission, kFraction);
+  read(read_beside(fields, "thin", "transmission", transmission), surface.thin);
+  read(clearcoat, surface.clearcoat, kFraction);
+  read(read_beside(fields, "clearcoat_roughness", "clearcoat", clearcoat), surface.clearcoat_roughness, kFraction);
+  read_color(sheen, surface.sheen_color, kFraction);
+  read(read_beside(fields, "sheen_roughness", "sheen_color", sheen), surface.sheen_roughness, kFraction);
+  if (ior || specular || specular_color || transmission || clearcoat || sheen) return surface;
+  return MetallicRoughness{surface.base_color, surface.metallic, surface.roughness};
+}
+
+Surface read_unlit(JsonFields& fields) {
+  fields.call("an unlit material");
+  Unlit surface;
+  read_color(fields.required("color"), surface.color, kLightChannel);
   return surface;
+}
+
+/// Of the kinds that may let light in.
+void read_absorption(JsonFields& fields, Material& material) {
+  const auto absorption = fields.optional("absorption");
+  read_color(absorption, material.absorption, kNotNegative);
+  if (absorption && !lets_light_in(material.surface))
+    absorption->error(
+        "\"absorption\" is of what is inside, and this material lets no light in; give it \"transmit\", or "
+        "\"transmission\" with \"thin\": false.");
 }
 
 Surface read_surface(MaterialType type, JsonFields& fields) {
@@ -130,6 +170,8 @@ Surface read_surface(MaterialType type, JsonFields& fields) {
       return read_conductor(fields);
     case MaterialType::metallic_roughness:
       return read_metallic_roughness(fields);
+    case MaterialType::unlit:
+      return read_unlit(fields);
   }
   return {};
 }
@@ -156,11 +198,14 @@ std::optional<Material> read_material(JsonCursor value) {
                                           {"dielectric", MaterialType::dielectric},
                                           {"whitted", MaterialType::whitted},
                                           {"conductor", MaterialType::conductor},
-                                          {"metallic_roughness", MaterialType::metallic_roughness}})) {
+                                          {"metallic_roughness", MaterialType::metallic_roughness},
+                                          {"unlit", MaterialType::unlit}})) {
     return std::nullopt;
   }
   Material material;
   material.surface = read_surface(type, fields);
+  if (type == MaterialType::dielectric || type == MaterialType::whitted || type == MaterialType::metallic_roughness)
+    read_absorption(fields, material);
   read_common(fields, material);
   fields.refuse_unknown();
   return material;

@@ -172,10 +172,12 @@ TEST(ParseScene, MetalsByName) {
 }
 
 TEST(ParseScene, AnyMaterialEmitsAndHasAnAlpha) {
-  for (const char* surface : {R"("type": "diffuse", "color": [0, 0, 0])", R"("type": "mirror", "color": [1, 1, 1])",
-                              R"("type": "phong", "diffuse": [0, 0, 0], "specular": [0, 0, 0], "shininess": 1)",
-                              R"("type": "whitted")", R"("type": "dielectric", "ior": 1.5)",
-                              R"("type": "conductor", "metal": "gold")", R"("type": "metallic_roughness")"}) {
+  for (const char* surface :
+       {R"("type": "diffuse", "color": [0, 0, 0])", R"("type": "mirror", "color": [1, 1, 1])",
+        R"("type": "phong", "diffuse": [0, 0, 0], "specular": [0, 0, 0], "shininess": 1)", R"("type": "whitted")",
+        R"("type": "dielectric", "ior": 1.5)", R"("type": "conductor", "metal": "gold")",
+        R"("type": "metallic_roughness")", R"("type": "metallic_roughness", "clearcoat": 1)",
+        R"("type": "unlit", "color": [1, 1, 1])"}) {
     const auto material = [&](const std::string& rest) {
       return parsed(R"({"objects": [], "materials": {"m": {)" + std::string(surface) + rest + "}}}").materials.at(0);
     };
@@ -188,6 +190,58 @@ TEST(ParseScene, AnyMaterialEmitsAndHasAnAlpha) {
     EXPECT_EQ(material(R"(, "alpha": 0.25)").alpha, 0.25F) << surface;
     EXPECT_EQ(material(R"(, "alpha": 0)").alpha, 0) << surface;
   }
+}
+
+TEST(ParseScene, MetallicRoughnessWithLayers) {
+  const auto material = [](const std::string& fields) {
+    return parsed(R"({"objects": [], "materials": {"m": {"type": "metallic_roughness")" + fields + "}}}")
+        .materials.at(0);
+  };
+  const auto layers = [&](const std::string& fields) { return std::get<Layered>(material(fields).surface); };
+  const Layered none = layers(R"(, "ior": 1.5)");
+  EXPECT_EQ(none.base_color, (Rgb{1, 1, 1})) << "the defaults are glTF's";
+  EXPECT_EQ(none.metallic, 1);
+  EXPECT_EQ(none.roughness, 1);
+  EXPECT_EQ(none.specular, 1);
+  EXPECT_EQ(none.specular_color, (Rgb{1, 1, 1}));
+  EXPECT_EQ(none.transmission, 0);
+  EXPECT_TRUE(none.thin);
+  EXPECT_EQ(none.clearcoat, 0);
+  EXPECT_EQ(none.clearcoat_roughness, 0);
+  EXPECT_TRUE(none.sheen_color.is_black());
+  EXPECT_EQ(none.sheen_roughness, 0);
+  const Material all = material(R"(, "base_color": [0.25, 0.5, 1], "metallic": 0.125, "roughness": 0.5, "ior": 2,
+      "specular": 0.25, "specular_color": [1, 2, 3], "transmission": 0.75, "thin": false, "absorption": [4, 5, 6],
+      "clearcoat": 0.5, "clearcoat_roughness": 0.125, "sheen_color": [0.5, 0.25, 0], "sheen_roughness": 0.625)");
+  const auto& s = std::get<Layered>(all.surface);
+  EXPECT_EQ(s.base_color, (Rgb{0.25F, 0.5F, 1}));
+  EXPECT_EQ(s.metallic, 0.125F);
+  EXPECT_EQ(s.roughness, 0.5F);
+  EXPECT_EQ(s.ior, 2);
+  EXPECT_EQ(s.specular, 0.25F);
+  EXPECT_EQ(s.specular_color, (Rgb{1, 2, 3}));
+  EXPECT_EQ(s.transmission, 0.75F);
+  EXPECT_FALSE(s.thin);
+  EXPECT_EQ(all.absorption, (Rgb{4, 5, 6}));
+  EXPECT_EQ(s.clearcoat, 0.5F);
+  EXPECT_EQ(s.clearcoat_roughness, 0.125F);
+  EXPECT_EQ(s.sheen_color, (Rgb{0.5F, 0.25F, 0}));
+  EXPECT_EQ(s.sheen_roughness, 0.625F);
+  // Any one of them is enough.
+  for (const char* one : {R"("specular": 1)", R"("specular_color": [1, 1, 1])", R"("transmission": 0)",
+                          R"("clearcoat": 0)", R"("sheen_color": [0, 0, 0])"})
+    layers(std::string(", ") + one);
+}
+
+TEST(ParseScene, UnlitMaterialsAndWhatAbsorbs) {
+  const Scene scene = parsed(R"({"objects": [], "materials": {
+    "a": {"type": "unlit", "color": [0.25, 0.5, 7]},
+    "b": {"type": "dielectric", "ior": 1.5, "absorption": [1, 2, 3]},
+    "c": {"type": "whitted", "transmit": [1, 1, 1], "absorption": [1, 2, 3]}}})");
+  EXPECT_EQ(surface_named<Unlit>(scene, 0).color, (Rgb{0.25F, 0.5F, 7}));
+  EXPECT_TRUE(scene.materials.at(0).absorption.is_black());
+  EXPECT_EQ(scene.materials.at(1).absorption, (Rgb{1, 2, 3}));
+  EXPECT_EQ(scene.materials.at(2).absorption, (Rgb{1, 2, 3}));
 }
 
 TEST(ParseScene, SpotsSunsAndAnEnvironment) {
@@ -519,6 +573,7 @@ TEST(ParseScene, WhatEmitsOrSurroundsIsLight) {
   const std::string metal = R"(, "materials": {"m": {"type": "conductor", "metal": "gold"}})";
   EXPECT_TRUE(
       warnings(R"(, "materials": {"m": {"type": "diffuse", "color": [1, 1, 1], "emission": [0, 1, 0]}})").empty());
+  EXPECT_TRUE(warnings(R"(, "materials": {"m": {"type": "unlit", "color": [0, 1, 0]}})").empty());
   EXPECT_TRUE(warnings(clay + R"(, "lights": [{"type": "environment"}])").empty());
   EXPECT_TRUE(
       warnings(clay + R"(, "lights": [{"type": "sun", "direction": [0, 1, 0], "irradiance": [1, 1, 1]}])").empty());
@@ -561,6 +616,11 @@ TEST(ParseScene, RefusalsOfLightSayHowToMendIt) {
             "/materials/m/roughness: Expected a number from 0 to 1, found 1.5.");
   EXPECT_EQ(material(R"("type": "dielectric", "ior": 0)"),
             "/materials/m/ior: Expected a number from 0.001 to 1000, found 0.");
+  EXPECT_EQ(material(R"("type": "metallic_roughness", "thin": false)"),
+            "/materials/m/thin: \"thin\" says more of \"transmission\", and there is none; add it.");
+  EXPECT_EQ(material(R"("type": "metallic_roughness", "transmission": 1, "absorption": [1, 1, 1])"),
+            "/materials/m/absorption: \"absorption\" is of what is inside, and this material lets no light in; give it "
+            "\"transmit\", or \"transmission\" with \"thin\": false.");
   EXPECT_EQ(material(R"("type": "diffuse", "color": [0, 0, 0], "emits": "both")"),
             "/materials/m/emits: \"emits\" says where \"emission\" goes, and there is none; add it.");
   const auto camera = [](const std::string& c) {

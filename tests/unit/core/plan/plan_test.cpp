@@ -106,6 +106,19 @@ TEST(Plan, FeaturesAreThoseThatTheTracerSees) {
   EXPECT_EQ(features(lamp).lights, 1U);
   EXPECT_EQ(features(lamp, Cylinder{{0, 0, 0}, {0, 0, 1}, 1}).lights, 0U) << "it is met by chance alone";
   EXPECT_TRUE(features(lamp, Cylinder{{0, 0, 0}, {0, 0, 1}, 1}).emitters);
+  const Features unlit = features({Unlit{}});
+  EXPECT_TRUE(unlit.unlit);
+  EXPECT_FALSE(unlit.only_whitted);
+  EXPECT_EQ(unlit.lights, 0U) << "it is no lamp";
+  EXPECT_FALSE(unlit.emitters);
+  const Rgb ink{1, 2, 3};
+  EXPECT_TRUE(features({.surface = Dielectric{}, .absorption = ink}).absorption);
+  EXPECT_FALSE(features({.surface = Dielectric{}, .absorption = ink}).only_whitted) << "he knows of no such thing";
+  EXPECT_FALSE(features({.surface = Dielectric{}}).absorption);
+  EXPECT_FALSE(features({.surface = Diffuse{}, .absorption = ink}).absorption) << "nothing gets in";
+  EXPECT_FALSE(features({.surface = Layered{.metallic = 0, .transmission = 1}, .absorption = ink}).absorption);
+  EXPECT_TRUE(
+      features({.surface = Layered{.metallic = 0, .transmission = 1, .thin = false}, .absorption = ink}).absorption);
 }
 
 }  // namespace

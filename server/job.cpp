@@ -166,7 +166,7 @@ proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) 
   tell_passes(job, now, status);
   status.created = rfc3339(job.times.created);
   status.error = job.error;
-  status.warnings = job.order->warnings;
+  status.warnings = job.order->warnings + job.progress->broken_textures();
   return status;
 }
 

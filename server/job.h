@@ -44,13 +44,17 @@ class Progress {
   std::uint64_t tiles() const { return tiles_.load(std::memory_order_acquire); }
   std::uint64_t samples() const { return samples_; }
 
+  /// Images of the scene that turned out to be broken when they were needed.
+  void set_broken_textures(std::uint64_t count) { broken_textures_ = count; }
+  std::uint64_t broken_textures() const { return broken_textures_; }
+
   /// How far the passes have come: up to the last that is complete.
   void set_passes(const PassReport& passes);
   PassReport passes() const;
 
  private:
   std::array<std::atomic<std::uint64_t>, sizeof(RayCounts) / sizeof(std::uint64_t)> rays_{};  ///< Member by member.
-  std::atomic<std::uint64_t> samples_{0}, tiles_{0};
+  std::atomic<std::uint64_t> samples_{0}, tiles_{0}, broken_textures_{0};
   std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
   mutable std::mutex passes_mutex_;
   PassReport passes_;  ///< Guarded by the mutex.
@@ -75,7 +79,7 @@ PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings
 struct JobOrder {
   std::string name;
   proto::ContentHash scene_hash;
-  std::uint64_t warnings;  ///< Of the scene.
+  std::uint64_t warnings;  ///< Of the scene, as it was parsed.
   Settings settings;
   std::chrono::steady_clock::duration parsing{};  ///< How long its document took to become that.
 };

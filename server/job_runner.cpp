@@ -8,6 +8,7 @@
 #include <mutex>
 #include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,13 +28,20 @@ constexpr const char* kOutOfMemory = "out of memory";
 /// Whether there is no light.
 bool is_dark(const Plan& plan) {
   const Features& has = plan.features;
-  return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.unlit && !has.sky &&
-         has.only_physical;
+  return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.unlit &&
+         !has.sky && has.only_physical;
 }
 
 /// Whether an AOV is asked for that is a mean over samples.
 bool asks_for_means(const Settings& settings) {
   return std::ranges::any_of(settings.aovs, [](Aov aov) { return aov_entry(aov).origin == AovOrigin::mean; });
+}
+
+std::uint64_t broken_textures(const Scene& scene) {
+  std::set<const TextureImage*> broken;
+  for (const Texture& texture : scene.textures)
+    if (!texture.image->problem().empty()) broken.insert(texture.image.get());
+  return broken.size();
 }
 
 /// Whether no sample of a pixel can differ from another: nothing is drawn for any, nothing is to be seen but a sky that
@@ -250,6 +258,7 @@ void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   const bool goes_on = run->passes->next(spent.count());
   run->job.progress->set_passes(run->passes->report());
   if (goes_on) return begin_pass(run);
+  run->job.progress->set_broken_textures(broken_textures(*run->context->scene));
   run->job.progress->complete_tiles(run->context->plan.tiling.tiles.size());
   run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
   run->passes.reset();

@@ -312,7 +312,9 @@ TEST(JobTable, WhoWaitsIsToldOnceOfTheEnd) {
     EXPECT_EQ(a.ends + b.ends, 0);
     if (way == 0) table.complete(id);
     if (way == 1) table.fail(id, "why");
-    if (way == 2) EXPECT_TRUE(table.cancel(id));
+    if (way == 2) {
+      EXPECT_TRUE(table.cancel(id));
+    }
     if (way == 3) table.shut_down();
     EXPECT_EQ(a.ends, 1) << way;
     EXPECT_EQ(b.ends, 1) << way;

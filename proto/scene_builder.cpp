@@ -117,8 +117,8 @@ bool SceneBuilder::is_dark() const {
   const auto is_light_dark = [](const Light& light) {
     return std::visit([](const auto& l) { return proto::is_dark(l); }, light);
   };
-  return !scene_.objects.empty() && !features.emitters && !features.unlit && std::ranges::all_of(scene_.lights, is_light_dark) &&
-         (scene_.background.is_black() || !shows_background);
+  return !scene_.objects.empty() && !features.emitters && !features.unlit &&
+         std::ranges::all_of(scene_.lights, is_light_dark) && (scene_.background.is_black() || !shows_background);
 }
 
 void SceneBuilder::warn(const JsonCursor& where, std::string detail) {

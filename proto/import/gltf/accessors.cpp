@@ -240,6 +240,12 @@ void Accessors::read_sparse(const GltfObject& object, Accessor& a) {
   if (good) a.sparse = s;
 }
 
+bool Accessors::has_data(std::uint32_t index) const {
+  const Accessor& a = accessors_[index];
+  return (!a.view || buffers_.has_bytes(*a.view)) &&
+         (!a.sparse || (buffers_.has_bytes(a.sparse->indices) && buffers_.has_bytes(a.sparse->values)));
+}
+
 std::optional<Accessors::Source> Accessors::source(const Accessor& a) {
   Source source;
   if (!a.is_known) {

@@ -51,6 +51,9 @@ class Accessors {
   std::size_t size() const { return accessors_.size(); }
   const Accessor& operator[](std::uint32_t i) const { return accessors_[i]; }
 
+  /// Whether the data that the accessor names is there.
+  bool has_data(std::uint32_t accessor) const;
+
   /// The elements of a vector's accessor as floats, normalised where it says so: all of them, or those that `which`
   /// names, ascending. `Element` is made of the accessor's number of floats. Empty, with an error, when they can't be
   /// had.

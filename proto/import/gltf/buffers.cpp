@@ -41,8 +41,8 @@ void GltfBuffers::read_buffer(const GltfObject& object, const GltfParts& parts) 
     if (!parts.binary) object.value().error("The GLB has no binary chunk for this buffer.");
   }
   if (buffer.bytes && length && buffer.bytes->size() < buffer.length) {
-    length->error("The buffer has only " + std::to_string(buffer.bytes->size()) + " bytes, not " +
-                  std::to_string(buffer.length) + ".");
+    object.value().error("The buffer has only " + std::to_string(buffer.bytes->size()) + " bytes, not " +
+                         std::to_string(buffer.length) + ".");
   }
 }
 
@@ -140,6 +140,11 @@ std::optional<std::string_view> GltfBuffers::bytes(std::uint32_t index, const Js
     }
   }
   return view.decoded;
+}
+
+bool GltfBuffers::has_bytes(std::uint32_t index) const {
+  const BufferView& view = views_[index];
+  return buffers_[view.compressed ? view.compressed->buffer : view.buffer].bytes.has_value();
 }
 
 bool GltfBuffers::use(std::uint32_t index, ViewUse use, const JsonCursor& where) {

@@ -41,6 +41,9 @@ class GltfBuffers {
   /// they can't be decoded.
   std::optional<std::string_view> bytes(std::uint32_t view, const JsonCursor& where);
 
+  /// Whether the view's buffer comes with data, as it should where nobody brings it by other means.
+  bool has_bytes(std::uint32_t view) const;
+
   /// Says what `where` uses a view for; an error, and false, where others use it, or mean it, for something else.
   bool use(std::uint32_t view, ViewUse use, const JsonCursor& where);
 

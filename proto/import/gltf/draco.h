@@ -8,7 +8,7 @@ namespace tessera::proto {
 
 /// The triangles of a primitive that is compressed with Draco (KHR_draco_mesh_compression). Nothing, with an error,
 /// where the data is broken or isn't what the accessors say.
-std::optional<GltfTriangles> read_draco(const Primitive& primitive, const Accessors& accessors, GltfBuffers& buffers,
+std::optional<GltfTriangles> read_draco(const Primitive& primitive, Accessors& accessors, GltfBuffers& buffers,
                                         GltfFile& file);
 
 }  // namespace tessera::proto

@@ -62,7 +62,7 @@ void check_asset(GltfFile& file) {
     if (least && version && *least > *version) {
       least_field->error("\"minVersion\" is greater than \"version\".");
     } else if (least && *least > std::pair(2U, 0U)) {
-      least_field->error("Only what glTF 2.0 asks for is read, not " + in_quotes(least_field->string()) + ".");
+      file.note(*least_field, "The file asks for a later glTF than 2.0, and is read as 2.0");
     }
   }
   const auto used = names_in(root, "extensionsUsed");

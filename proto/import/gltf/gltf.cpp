@@ -85,6 +85,10 @@ class Assembly {
                    primitive.position ? "Points and lines aren't shown" : "A primitive without positions isn't shown");
         continue;
       }
+      if (!has_data(primitive)) {
+        file_.note(primitive.where, "A primitive isn't shown: its buffer comes without data");
+        continue;
+      }
       if (!file_.take(sizeof(ImportedPlacement), primitive.where)) return;
       const auto [known, is_new] = known_.try_emplace(key(primitive), parts_.size());
       if (is_new) parts_.push_back({&primitive, {}});
@@ -118,6 +122,12 @@ class Assembly {
     std::optional<std::uint32_t> draco;
     if (p.draco) draco = p.draco->view;
     return {p.topology, {p.position, p.normal, p.tangent, p.color, p.uvs[0], p.uvs[1], p.indices, draco}};
+  }
+
+  bool has_data(const Primitive& p) const {
+    for (const auto& accessor : {p.position, p.normal, p.tangent, p.color, p.uvs[0], p.uvs[1], p.indices})
+      if (accessor && !accessors_.has_data(*accessor)) return false;
+    return !p.draco || buffers_.has_bytes(p.draco->view);
   }
 
   void make(const Part& part, bool are_baked, Imported& out) {

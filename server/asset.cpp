@@ -28,36 +28,42 @@ using proto::Result;
 
 namespace {
 
-struct MediaType {
-  std::string_view name;
-  FileFormat format;
+/// By a format's name, as a media type or a kind may be known of which the importers don't read any yet.
+template <typename Sign>
+struct SignOf {
+  Sign sign;
+  std::string_view format;
 };
-constexpr MediaType kMediaTypes[] = {
-    {"model/obj", FileFormat::obj},         {"model/ply", FileFormat::ply}, {"application/ply", FileFormat::ply},
-    {"application/x-ply", FileFormat::ply}, {"text/nff", FileFormat::nff},  {"text/x-nff", FileFormat::nff},
+constexpr SignOf<std::string_view> kMediaTypes[] = {
+    {"model/gltf-binary", "gltf"}, {"model/gltf+json", "gltf"}, {"model/obj", "obj"}, {"model/stl", "stl"},
+    {"application/sla", "stl"},    {"application/ply", "ply"},  {"model/ply", "ply"}, {"application/x-ply", "ply"},
+    {"text/nff", "nff"},           {"text/x-nff", "nff"},
 };
+constexpr SignOf<FileKind> kKinds[] = {
+    {FileKind::obj, "obj"},  {FileKind::ply, "ply"},       {FileKind::nff, "nff"},       {FileKind::gltf, "gltf"},
+    {FileKind::glb, "gltf"}, {FileKind::stl_ascii, "stl"}, {FileKind::stl_binary, "stl"}};
 
-struct KindOfFormat {
-  FileKind kind;
-  FileFormat format;
-};
-constexpr KindOfFormat kKinds[] = {
-    {FileKind::obj, FileFormat::obj}, {FileKind::ply, FileFormat::ply}, {FileKind::nff, FileFormat::nff}};
+std::optional<FileFormat> format_called(std::string_view name) {
+  const auto formats = proto::file_format_names();
+  const auto found = std::ranges::find(formats, name, &proto::Choice<FileFormat>::name);
+  return found == formats.end() ? std::nullopt : std::optional(found->value);
+}
 
 std::optional<FileFormat> format_of_type(std::string_view content_type) {
-  for (const MediaType& type : kMediaTypes)
-    if (is_media_type(content_type, type.name)) return type.format;
+  for (const auto& [name, format] : kMediaTypes)
+    if (is_media_type(content_type, name)) return format_called(format);
   return std::nullopt;
 }
 
 std::optional<FileFormat> format_of_kind(FileKind kind) {
-  const auto* const found = std::ranges::find(kKinds, kind, &KindOfFormat::kind);
-  return found == std::end(kKinds) ? std::nullopt : std::optional(found->format);
+  const auto* const found = std::ranges::find(kKinds, kind, &SignOf<FileKind>::sign);
+  return found == std::end(kKinds) ? std::nullopt : format_called(found->format);
 }
 
 Problem cannot_tell(FileKind kind) {
   std::string types;
-  for (const MediaType& type : kMediaTypes) types += std::string(type.name) + ", ";
+  for (const auto& [name, format] : kMediaTypes)
+    if (format_called(format)) types += std::string(name) + ", ";
   return {ProblemCode::unsupported_media_type,
           "This is " + std::string(description(kind)) + ". Send a model or a scene; where its content doesn't tell " +
               "what it is, Content-Type does: " + types + "application/json.",
@@ -169,9 +175,14 @@ class AssetOpener {
       return Problem{
           ProblemCode::payload_too_large, "Of a document, at most " + std::to_string(most) + " bytes are taken.", {}};
     FileBudget::spend(file.file->size());
+    const std::string_view document = file.file->content();
+    const bool is_job = has_member(document, "scene");
+    // A glTF file whose beginning doesn't tell.
+    const auto gltf = format_called("gltf");
+    if (gltf && !is_job && has_member(document, "asset")) return take_model(file, *gltf);
     Asset asset = take_model(file, {});
-    asset.document = file.file->content();
-    asset.kind = has_member(asset.document, "scene") ? AssetKind::job_document : AssetKind::scene_document;
+    asset.document = document;
+    asset.kind = is_job ? AssetKind::job_document : AssetKind::scene_document;
     return asset;
   }
 

@@ -73,7 +73,7 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->check(kAtLeast1);
   size("--max-body", config.max_body, "Largest JSON document")->check(kAtLeast1);
   size("--max-blob", config.max_blob, "Largest uploaded file")->check(kAtLeast1);
-  size("--max-bodies", config.max_bodies, "All JSON documents in flight together")->check(kAtLeast1);
+  size("--max-bodies", config.max_bodies, "All JSON documents and small files in flight together")->check(kAtLeast1);
   flag("--max-jobs", config.max_jobs, "Most jobs that haven't ended")->check(kAtLeast1);
   flag("--max-ended-jobs", config.max_ended_jobs, "Most jobs that have ended; the oldest are forgotten")
       ->check(kAtLeast1);

@@ -25,7 +25,7 @@ struct Config {
   std::uint32_t max_connections = 1000;
   std::uint64_t max_body = 256ULL << 20;               ///< Of one JSON document.
   std::uint64_t max_blob = 8ULL << 30;                 ///< Of one uploaded file.
-  std::uint64_t max_bodies = 1ULL << 30;               ///< Of all JSON documents held at once.
+  std::uint64_t max_bodies = 1ULL << 30;               ///< Of all JSON documents and small files held at once.
   std::uint32_t max_jobs = 1000;                       ///< Jobs that haven't ended.
   std::uint32_t max_ended_jobs = 10000;                ///< Jobs that have ended and are still known.
   std::uint64_t max_film_memory = 4ULL << 30;          ///< Of the images of all jobs; those of ended jobs give way.

@@ -1,9 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <stop_token>
 #include <string>
 
 #include "proto/wire/result.h"
+#include "server/asset.h"
+#include "server/job_draft.h"
+#include "server/job_table.h"
+#include "server/services.h"
 #include "server/single_flight.h"
 
 namespace tessera::server {
@@ -16,5 +23,18 @@ class KnownJobs : public SingleFlight<proto::Result<std::string>> {
  private:
   static constexpr std::uint64_t kMostBytes = 16 << 20;
 };
+
+/// A job, held for who asked for it.
+struct HeldJob {
+  std::string id;
+  std::shared_ptr<const JobTable::Hold> hold;
+};
+
+/// The job that a draft has become before, unless that failed, was canceled, or `is_of_use` says no; otherwise it
+/// becomes one now, which ends with its last hold. Refused as POST /v1/jobs refuses, but in terms of what was sent.
+/// Throws `Abandoned` once that is requested, and TooHeavy.
+proto::Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
+                                     const std::function<bool(const JobView&)>& is_of_use,
+                                     const std::stop_token& abandoned);
 
 }  // namespace tessera::server

@@ -37,6 +37,8 @@ namespace {
 
 constexpr std::size_t kFirstRead = 4 << 10;
 constexpr std::size_t kPieceBytes = 64 << 10;
+/// Of a file, to be written at once: what is done in a lane costs two changes of threads.
+constexpr std::size_t kFilePieceBytes = 256 << 10;
 constexpr std::chrono::seconds kLinger{2};
 constexpr unsigned kMostSteps = 16;
 /// Of encoded images that slow readers hold together.
@@ -452,14 +454,13 @@ class Session {
         piece.append(data);
       }
       if (wrong) co_return wrong;
-      const bool is_taken = !head.is_chunked || data.empty();  // All that has come in.
       if (head.is_chunked) {
         input_.take(input_.bytes().size() - bytes.size());
       } else {
         input_.take(data.size());
         left -= data.size();
       }
-      if (!piece.empty() && (is_taken || piece.size() >= kPieceBytes || is_complete())) {
+      if (piece.size() >= kFilePieceBytes || (!piece.empty() && is_complete())) {
         std::exception_ptr failure;
         const auto write_to_file = [&] {
           try {

@@ -19,7 +19,7 @@ struct Connections {
   std::uint32_t most_open;                     ///< Connections at once;
   std::atomic<std::uint32_t> open{0};          ///< and how many there are.
   std::atomic<int> requests_active{0};         ///< Header read, response not written yet.
-  std::atomic<std::uint64_t> body_bytes{0};    ///< Of JSON documents held by connections.
+  std::atomic<std::uint64_t> body_bytes{0};    ///< Of bodies that connections hold in memory.
   std::atomic<std::uint64_t> answer_bytes{0};  ///< Of encoded images that are being sent.
 };
 

@@ -14,7 +14,8 @@ constexpr std::array kTable{
                  "too deep; `detail` says where. Mend the document and send it again."},
     ProblemEntry{ProblemCode::malformed_request, "malformed_request", 400, "The request is malformed",
                  "The request breaks a rule of HTTP, or has a query parameter that the resource doesn't know or can't "
-                 "use; `detail` and `errors` say which. Sending it again won't help."},
+                 "use, or a form or an archive that can't be used; `detail` and `errors` say which. Sending it again "
+                 "won't help."},
     ProblemEntry{ProblemCode::not_found, "not_found", 404, "There is no such resource",
                  "Nothing is at this path: it is misspelt, or what it names was never there, or has been deleted or "
                  "forgotten. GET /openapi.json lists all paths."},
@@ -42,7 +43,8 @@ constexpr std::array kTable{
                  "The first line of the request is longer than any that the server knows an answer to."},
     ProblemEntry{ProblemCode::unsupported_media_type, "unsupported_media_type", 415,
                  "The body's media type is not supported",
-                 "Documents are taken as application/json, without a Content-Encoding."},
+                 "Documents are taken as application/json; what is to be rendered, by its Content-Type or its content; "
+                 "neither with a Content-Encoding."},
     ProblemEntry{ProblemCode::expectation_failed, "expectation_failed", 417, "The expectation can not be met",
                  "The Expect header asks for something else than 100-continue."},
     ProblemEntry{ProblemCode::invalid_document, "invalid_document", 422, "The document is not valid",

@@ -9,18 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include "proto/parse.h"
 #include "server/asset.h"
-#include "server/config.h"
 #include "server/handlers/handlers.h"
 #include "server/handlers/picture.h"
 #include "server/http_syntax.h"
 #include "server/image_choice.h"
 #include "server/job_draft.h"
-#include "server/job_submission.h"
 #include "server/job_table.h"
 #include "server/known_jobs.h"
-#include "server/scene_store.h"
 
 namespace tessera::server {
 using proto::ImageState;
@@ -137,62 +133,11 @@ Response answer(Services& services, Request& request, const Wanted& wanted) {
   return response;
 }
 
-Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDraft& draft,
-                            const std::stop_token& abandoned) {
-  const proto::Limits& limits = services.config.documents;
-  std::optional<proto::ParsedScene> scene;
-  std::string document = draft.job;
-  if (asset.kind != AssetKind::job_document) {
-    auto parsed = draft.names_paths ? proto::parse_scene(draft.scene, *asset.files, limits, abandoned)
-                                    : services.scenes.parse_once(draft.scene_key, draft.scene, *asset.files, abandoned);
-    if (!parsed) return scene_problem(parsed.problem(), asset);
-    scene = *std::move(parsed);
-    document.back() = ',';
-    document += "\"scene\":\"" + scene->hash + "\"}";
-  }
-  auto job = proto::parse_job(document, *asset.files, limits, abandoned);
-  if (!job) return job_problem(job.problem(), asset);
-  if (scene) job->scene = *std::move(scene);
-  auto prepared = prepare_job(services, *std::move(job), abandoned);
-  if (!prepared) return job_problem(prepared.problem(), asset);
-  return prepared;
-}
-
 /// Whether a job that was made before still has what is asked for, or will have.
-bool is_of_use(Services& services, const Request& request, const std::string& id, const JobDraft& draft) {
-  const auto job = services.jobs.find(id);
-  if (!job || job->state == JobState::failed || job->state == JobState::canceled) return false;
-  if (job->image != ImageState::gone) return true;
-  const auto choice = choose_image(request, job->order->settings, draft.image);
-  return !choice || is_encoded(services, id, *choice);
-}
-
-struct Held {
-  std::string job;
-  std::shared_ptr<const JobTable::Hold> hold;
-};
-
-/// The job that the draft becomes, or has become before.
-Result<Held> find_or_start(Services& services, const Request& request, const Asset& asset, const JobDraft& draft) {
-  for (;;) {
-    std::optional<Held> started;
-    const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
-      const auto begin = Clock::now();
-      auto job = prepare(services, asset, draft, unwanted);
-      if (!job) return {job.problem(), std::nullopt};
-      job->parsing = Clock::now() - begin;
-      auto id = start_job(services, *job, false);
-      if (!id) return {id.problem(), std::nullopt};
-      started = Held{*id, services.jobs.hold(*id)};
-      return {*id, draft.names_paths ? std::nullopt : std::optional<std::uint64_t>(id->size())};
-    };
-    const auto id = services.known_jobs.get(draft.key, make, request.abandoned);
-    if (!id) return id.problem();
-    if (started) return *std::move(started);
-    Held held{*id, services.jobs.hold(*id)};
-    if (held.hold && is_of_use(services, request, *id, draft)) return held;
-    services.known_jobs.drop_all(draft.key);
-  }
+bool is_of_use(Services& services, const Request& request, const JobView& job, const JobDraft& draft) {
+  if (job.image != ImageState::gone) return true;
+  const auto choice = choose_image(request, job.order->settings, draft.image);
+  return !choice || is_encoded(services, job.id, *choice);
 }
 
 }  // namespace
@@ -212,21 +157,22 @@ Response post_render(Services& services, Request& request) {
     if (is_known(request, etag)) return {304, {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", "no-cache"}}, ""};
   }
 
-  const auto held = find_or_start(services, request, *asset, *draft);
+  const auto has_it = [&](const JobView& job) { return is_of_use(services, request, job, *draft); };
+  const auto held = find_or_start(services, *asset, *draft, has_it, request.abandoned);
   if (!held) return problem_response(held.problem());
-  const Wanted wanted{held->job, draft->image, is_reproducible ? draft->key : held->job, read_preference(request)};
-  const auto job = services.jobs.find(held->job);
+  const Wanted wanted{held->id, draft->image, is_reproducible ? draft->key : held->id, read_preference(request)};
+  const auto job = services.jobs.find(held->id);
   if (!job) return problem_response(job.problem());
   const auto choice = choose_image(request, job->order->settings, draft->image);
   if (!choice) return problem_response(choice.problem());
   const auto until = wanted.preference.until(begin);
   if (proto::has_ended(job->state) || (until && *until <= Clock::now())) return answer(services, request, wanted);
-  spdlog::debug("job {}: wanted", held->job);
+  spdlog::debug("job {}: wanted", held->id);
   const auto go_on = [wanted](Services& its_services, Request& its_request) {
     return answer(its_services, its_request, wanted);
   };
   Response response;
-  response.later = std::make_shared<const Later>(Later{held->job, until, held->hold, go_on});
+  response.later = std::make_shared<const Later>(Later{held->id, until, held->hold, go_on});
   return response;
 }
 

@@ -196,7 +196,7 @@ class RenderTest(unittest.TestCase):
     def test_the_camera_goes_around(self):
         """Seen from the side, a flat square is a line; with z up, it lies."""
         def covered(query):
-            _, _, rows = pixels(self.render(OBJ, "?width=32&samples=4&background=transparent&" + query).body)
+            _, _, rows = pixels(self.render(OBJ, "?width=32&samples=4&ground=none&background=transparent&" + query).body)
             return sum(pixel[3] > 0 for row in rows for pixel in row)
 
         front = covered("azimuth=0&elevation=0")

@@ -1,0 +1,68 @@
+#include "server/known_jobs.h"
+
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "proto/parse.h"
+#include "server/config.h"
+#include "server/job_submission.h"
+#include "server/scene_store.h"
+
+namespace tessera::server {
+using proto::JobState;
+using proto::Result;
+
+namespace {
+
+using Clock = JobTimes::Clock;
+
+Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDraft& draft,
+                            const std::stop_token& abandoned) {
+  const proto::Limits& limits = services.config.documents;
+  std::optional<proto::ParsedScene> scene;
+  std::string document = draft.job;
+  if (asset.kind != AssetKind::job_document) {
+    auto parsed = draft.names_paths ? proto::parse_scene(draft.scene, *asset.files, limits, abandoned)
+                                    : services.scenes.parse_once(draft.scene_key, draft.scene, *asset.files, abandoned);
+    if (!parsed) return scene_problem(parsed.problem(), asset);
+    scene = *std::move(parsed);
+    document.back() = ',';
+    document += "\"scene\":\"" + scene->hash + "\"}";
+  }
+  auto job = proto::parse_job(document, *asset.files, limits, abandoned);
+  if (!job) return job_problem(job.problem(), asset);
+  if (scene) job->scene = *std::move(scene);
+  auto prepared = prepare_job(services, *std::move(job), abandoned);
+  if (!prepared) return job_problem(prepared.problem(), asset);
+  return prepared;
+}
+
+}  // namespace
+
+Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
+                              const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+  for (;;) {
+    std::optional<HeldJob> started;
+    const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
+      const auto begin = Clock::now();
+      auto job = prepare(services, asset, draft, unwanted);
+      if (!job) return {job.problem(), std::nullopt};
+      job->parsing = Clock::now() - begin;
+      auto id = start_job(services, *job, false);
+      if (!id) return {id.problem(), std::nullopt};
+      started = HeldJob{*id, services.jobs.hold(*id)};
+      return {*id, draft.names_paths ? std::nullopt : std::optional<std::uint64_t>(id->size())};
+    };
+    const auto id = services.known_jobs.get(draft.key, make, abandoned);
+    if (!id) return id.problem();
+    if (started) return *std::move(started);
+    HeldJob held{*id, services.jobs.hold(*id)};
+    const auto job = services.jobs.find(*id);
+    const bool has_ended_early = !job || job->state == JobState::failed || job->state == JobState::canceled;
+    if (!has_ended_early && is_of_use(*job)) return held;
+    services.known_jobs.drop_all(draft.key);
+  }
+}
+
+}  // namespace tessera::server

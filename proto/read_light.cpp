@@ -94,7 +94,8 @@ bool read_map(JsonFields& fields, FileLoader& files, std::shared_ptr<const Envir
   const auto preset = fields.optional("preset");
   const bool is_in_file = files.find_environment(fields, map);
   if (!preset) return is_in_file;
-  if (is_in_file) preset->error("An environment's map is a preset, or it comes from a file; leave one of them out.");
+  if (is_in_file)
+    fields.value().error("An environment's map is a preset, or it comes from a file; leave one of them out.");
   bool is_studio = false;
   if (read<bool>(preset, is_studio, {{"studio", true}}) && !is_in_file) map = studio_environment();
   return true;

@@ -164,10 +164,10 @@ bool SceneBuilder::take(std::uint64_t bytes, const JsonCursor& where) {
 bool SceneBuilder::stays_within_coordinates(const Object& object) const {
   const Aabb& local = scene_.shape_bounds[object.shape];
   if (!object.placement || local.empty()) return true;
+  const Transform::ToWorld to_world = object.placement->to_world();
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p =
-        object.placement->point_to_world({corner & 1 ? local.hi.x : local.lo.x,  //
-                                          corner & 2 ? local.hi.y : local.lo.y, corner & 4 ? local.hi.z : local.lo.z});
+    const Vec3d p = to_world.point({corner & 1 ? local.hi.x : local.lo.x,  //
+                                    corner & 2 ? local.hi.y : local.lo.y, corner & 4 ? local.hi.z : local.lo.z});
     if (!(max_component(abs(p)) <= kLargestCoordinate)) return false;
   }
   return true;

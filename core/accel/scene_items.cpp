@@ -36,8 +36,9 @@ Outline corners(const Aabb& box) {
 /// Whether the box of the object's shape, carried to the world, is a box there too: then points fit hardly better.
 bool is_known_by_box(const Object& object) {
   if (!object.placement) return true;
-  for (int row = 0; row < 12; row += 4)
-    if (std::ranges::count(std::span(&object.placement->rows()[row], 3), 0.0) < 2) return false;
+  const std::array<double, 12> rows = object.placement->rows();
+  for (std::size_t row = 0; row < 12; row += 4)
+    if (std::ranges::count(std::span(&rows[row], 3), 0.0) < 2) return false;
   return true;
 }
 

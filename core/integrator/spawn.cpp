@@ -34,10 +34,11 @@ SurfacePoint world_surface(const Scene& scene, std::uint32_t object, std::uint32
   const Transform& placement = *o.placement;
   const SurfacePoint local = surface(shape, primitive, placement.to_local(ray), t);
   SurfacePoint world = local;
-  world.position = placement.point_to_world(local.position);
+  const Transform::ToWorld to_world = placement.to_world();
+  world.position = to_world.point(local.position);
   // The local error, carried over, and the float rounding of the next ray's way back into local space.
-  const auto& rows = placement.rows();
-  const Vec3d back = placement.origin_error(world.position);
+  const auto& rows = to_world.rows();
+  const Vec3d back = placement.origin_error(world.position, to_world);
   for (int i = 0; i < 3; ++i) {
     const Vec3d row{rows[i * 4], rows[i * 4 + 1], rows[i * 4 + 2]};
     world.error[i] = dot(abs(row), local.error) + back[i];

@@ -45,8 +45,12 @@ struct Flat {
 };
 
 Flat triangle(const Object& object, Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3d start = point_to_world(object, a);
-  return {object, start, point_to_world(object, b) - start, point_to_world(object, c) - start};
+  std::array<Vec3d, 3> at{to_double(a), to_double(b), to_double(c)};
+  if (object.placement) {
+    const Transform::ToWorld to_world = object.placement->to_world();
+    for (Vec3d& corner : at) corner = to_world.point(corner);
+  }
+  return {object, at[0], at[1] - at[0], at[2] - at[0]};
 }
 
 Flat triangle(const Object& object, const TriangleMesh& mesh, std::uint32_t primitive) {

@@ -11,13 +11,19 @@ using Rows = std::array<double, 12>;
 Vec3d row(const Rows& m, int i) { return {m[i * 4], m[i * 4 + 1], m[i * 4 + 2]}; }
 Vec3d column(const Rows& m, int j) { return {m[j], m[4 + j], m[8 + j]}; }
 
-std::optional<Rows> inverse(const Rows& m) {
+bool is_singular(const Rows& m) {
+  const Vec3d a = row(m, 0), b = row(m, 1), c = row(m, 2);
+  const double det = dot(a, cross(b, c));
+  // Hadamard: |det| ≤ |a||b||c|. A determinant this far below the bound is rounding noise of its own products.
+  const double largest = length(a) * length(b) * length(c);
+  return !std::isfinite(det) || !(std::abs(det) > 1e-14 * largest);
+}
+
+/// Precondition: not singular.
+Rows inverse(const Rows& m) {
   const Vec3d a = row(m, 0), b = row(m, 1), c = row(m, 2);
   const Vec3d bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
   const double det = dot(a, bc);
-  // Hadamard: |det| ≤ |a||b||c|. A determinant this far below the bound is rounding noise of its own products.
-  const double largest = length(a) * length(b) * length(c);
-  if (!std::isfinite(det) || !(std::abs(det) > 1e-14 * largest)) return std::nullopt;
   const Vec3d x = bc / det, y = ca / det, z = ab / det;  // the columns of the linear inverse
   const Vec3d t = column(m, 3);
   Rows inv{};
@@ -46,27 +52,24 @@ double product_norm(const auto& a, const auto& b) {
 
 std::optional<Transform> Transform::from_rows(const std::array<double, 12>& rows) {
   if (!std::ranges::all_of(rows, [](double v) { return std::isfinite(v); })) return std::nullopt;
-  const auto exact = inverse(rows);
-  if (!exact) return std::nullopt;
+  if (is_singular(rows)) return std::nullopt;
+  const Rows exact = inverse(rows);
   Transform out;
   Rows rounded{};
   for (int i = 0; i < 12; ++i) {
-    out.world_to_local_[i] = static_cast<float>((*exact)[i]);
+    out.world_to_local_[i] = static_cast<float>(exact[i]);
     rounded[i] = out.world_to_local_[i];
     if (!std::isfinite(rounded[i])) return std::nullopt;
   }
-  const auto traced = inverse(rounded);
-  if (!traced) return std::nullopt;
-  out.local_to_world_ = *traced;
+  if (is_singular(rounded)) return std::nullopt;
   // By its rounding, and that of `left_by`, a direction is turned by 7√3u·‖|W|·|L|‖ at most; a search takes more than
   // 160u for "runs away".
-  out.turns_little_ = product_norm(out.world_to_local_, out.local_to_world_) <= 8;
+  out.turns_little_ = product_norm(out.world_to_local_, inverse(rounded)) <= 8;
   return out;
 }
 
 std::optional<Transform> composed(const Transform& outer, const Transform& inner) {
-  const auto& a = outer.local_to_world_;
-  const auto& b = inner.local_to_world_;
+  const Rows a = outer.rows(), b = inner.rows();
   std::array<double, 12> rows{};
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 4; ++j)
@@ -88,8 +91,14 @@ Ray Transform::to_local(const Ray& world) const {
   return local;
 }
 
-Vec3d Transform::point_to_world(Vec3d p) const {
-  const auto& m = local_to_world_;
+Transform::ToWorld Transform::to_world() const {
+  Rows rows;
+  std::ranges::copy(world_to_local_, rows.begin());
+  return ToWorld(inverse(rows));
+}
+
+Vec3d Transform::ToWorld::point(Vec3d p) const {
+  const auto& m = rows_;
   return {dot(row(m, 0), p) + m[3], dot(row(m, 1), p) + m[7], dot(row(m, 2), p) + m[11]};
 }
 
@@ -101,10 +110,11 @@ Vec3d Transform::normal_to_world(Vec3d n) const {
 
 Transform::Error Transform::error() const {
   Error worst;
+  const Rows to_world = this->to_world().rows();
   for (int i = 0; i < 3; ++i) {
     double condition = 0, offset = 0;
     for (int k = 0; k < 3; ++k) {
-      const double l = std::abs(local_to_world_[i * 4 + k]);
+      const double l = std::abs(to_world[i * 4 + k]);
       for (int j = 0; j < 3; ++j) condition += l * std::abs(world_to_local_[k * 4 + j]);
       offset += l * std::abs(world_to_local_[k * 4 + 3]);
     }
@@ -114,13 +124,13 @@ Transform::Error Transform::error() const {
   return worst;
 }
 
-Vec3d Transform::origin_error(Vec3d origin) const {
+Vec3d Transform::origin_error(Vec3d origin, const ToWorld& to_world) const {
   const auto& m = world_to_local_;
   Vec3d local;
   for (int k = 0; k < 3; ++k)
     local[k] = std::abs(m[k * 4] * origin.x) + std::abs(m[k * 4 + 1] * origin.y) + std::abs(m[k * 4 + 2] * origin.z) +
                std::abs(double{m[k * 4 + 3]});
-  const auto& l = local_to_world_;
+  const Rows& l = to_world.rows();
   const double most = 8 * kUnitRoundoff;
   return {most * dot(abs(row(l, 0)), local), most * dot(abs(row(l, 1)), local), most * dot(abs(row(l, 2)), local)};
 }

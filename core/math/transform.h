@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-/// An affine map from an object's space to the world, kept with its inverse.
+/// An affine map from an object's space to the world.
 ///
 /// Rays are traced in object space, so the float world-to-local matrix is the placement's one definition;
 /// local-to-world is the (double) inverse of that float matrix, not the matrix the user wrote.
@@ -25,7 +25,23 @@ class Transform {
   /// leaves is forgotten where the direction's rounding might turn it back by more than a few roundings.
   Ray to_local(const Ray& world) const;
 
-  Vec3d point_to_world(Vec3d local) const;
+  /// The map to the world, as traced. It isn't kept, since scenes may have millions of placements: who needs it more
+  /// than once had better keep it.
+  class ToWorld {
+   public:
+    Vec3d point(Vec3d local) const;
+    /// Row-major 3x4.
+    const std::array<double, 12>& rows() const { return rows_; }
+
+   private:
+    friend class Transform;
+    explicit ToWorld(const std::array<double, 12>& rows) : rows_(rows) {}
+    std::array<double, 12> rows_;
+  };
+  ToWorld to_world() const;
+
+  Vec3d point_to_world(Vec3d local) const { return to_world().point(local); }
+  std::array<double, 12> rows() const { return to_world().rows(); }
 
   /// A normal, by the inverse transpose; mirrored maps keep outward normals outward. Not normalised.
   Vec3d normal_to_world(Vec3d local) const;
@@ -40,15 +56,11 @@ class Transform {
   Error error() const;
 
   /// The same for a ray's origin alone, and along each axis.
-  Vec3d origin_error(Vec3d origin) const;
-
-  /// Row-major 3x4, local to world, as traced.
-  const std::array<double, 12>& rows() const { return local_to_world_; }
+  Vec3d origin_error(Vec3d origin, const ToWorld& to_world) const;
 
  private:
   Transform() = default;
   std::array<float, 12> world_to_local_{};
-  std::array<double, 12> local_to_world_{};
   bool turns_little_ = false;  ///< ‖|W|·|L|‖∞ is small.
 };
 

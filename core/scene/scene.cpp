@@ -37,11 +37,11 @@ Aabb world_bounds(const Scene& scene, const Object& object) {
 
 Aabb world_bounds(const Object& object, const Aabb& local) {
   if (!object.placement || local.empty()) return local;
+  const Transform::ToWorld to_world = object.placement->to_world();
   Vec3d lo{kInfinity, kInfinity, kInfinity}, hi = -lo;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p =
-        object.placement->point_to_world({corner & 1 ? local.hi.x : local.lo.x,  //
-                                          corner & 2 ? local.hi.y : local.lo.y, corner & 4 ? local.hi.z : local.lo.z});
+    const Vec3d p = to_world.point({corner & 1 ? local.hi.x : local.lo.x,  //
+                                    corner & 2 ? local.hi.y : local.lo.y, corner & 4 ? local.hi.z : local.lo.z});
     lo = min(lo, p);
     hi = max(hi, p);
   }
@@ -50,7 +50,8 @@ Aabb world_bounds(const Object& object, const Aabb& local) {
 
 Outline world_outline(const Object& object, const Outline& local) {
   if (!object.placement) return local;
-  const auto& m = object.placement->rows();
+  const Transform::ToWorld to_world = object.placement->to_world();
+  const auto& m = to_world.rows();
   const auto linear = [&](Vec3d v) {
     return Vec3d{m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
                  m[8] * v.x + m[9] * v.y + m[10] * v.z};
@@ -59,7 +60,7 @@ Outline world_outline(const Object& object, const Outline& local) {
   world.points.reserve(local.points.size());
   double local_size = 0, world_size = 0;
   for (const Vec3 p : local.points) {
-    const Vec3d placed = object.placement->point_to_world(to_double(p));
+    const Vec3d placed = to_world.point(to_double(p));
     local_size = std::max<double>(local_size, max_component(abs(p)));
     world_size = std::max(world_size, max_component(abs(placed)));
     if (is_finite(to_float(placed)))
@@ -68,7 +69,7 @@ Outline world_outline(const Object& object, const Outline& local) {
       world.ellipsoids.push_back({placed, {}});  // beyond a float: an ellipsoid of no size is a point in double
   }
   for (const Ellipsoid& e : local.ellipsoids) {
-    world.ellipsoids.push_back({object.placement->point_to_world(e.center), {}});
+    world.ellipsoids.push_back({to_world.point(e.center), {}});
     for (int i = 0; i < 3; ++i) world.ellipsoids.back().axes[i] = linear(e.axes[i]);
     for (const Vec3d v : {e.center, e.axes[0], e.axes[1], e.axes[2]})
       local_size = std::max(local_size, max_component(abs(v)));

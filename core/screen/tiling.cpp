@@ -19,6 +19,9 @@ using Ids = std::vector<std::uint32_t>;
 /// Tiles of the adaptive cut that aren't empty: at most this many pixels on a side, and cut no further below that.
 constexpr std::int32_t kLargestSide = 64;
 constexpr std::int32_t kSmallestSide = 8;
+/// Tiles that are covered, with more objects than a list of candidates pays for, are cut no further below that: smaller
+/// ones would hold fewer rays that go together, and hardly ever so few objects.
+constexpr std::int32_t kCrowdedSide = 32;
 
 /// Cuts rectangles in two until each is a tile. What is in them is asked of `parts`; where that is null, of the areas
 /// of whole objects.
@@ -55,7 +58,8 @@ class Cutter {
     if (settings_.screen_bounds == ScreenBounds::off) return side <= kLargestSide;
     if (ids.empty()) return true;
     if (side > kLargestSide) return false;
-    return side <= kSmallestSide || (ids.size() <= most_candidates_ && mostly_covered(rect, ids));
+    if (side <= kSmallestSide) return true;
+    return (ids.size() <= most_candidates_ || side <= kCrowdedSide) && mostly_covered(rect, ids);
   }
 
   /// Whether cutting on would free little of the tile.

@@ -66,7 +66,7 @@ TEST(TransformError, OriginsStayWithinTheErrorOfTheirAxes) {
       Vec3 origin;
       for (int axis = 0; axis < 3; ++axis)
         origin[axis] = static_cast<float>(random.magnitude(-3, 9) * random.uniform(-1, 1));
-      const Vec3d allowed = placement->origin_error(to_double(origin));
+      const Vec3d allowed = placement->origin_error(to_double(origin), placement->to_world());
       const Vec3w back = apply(placement->rows(), widen(placement->to_local({origin, {0, 0, 1}}).origin));
       for (int axis = 0; axis < 3; ++axis) {
         const Wide off = std::abs(back[axis] - origin[axis]);

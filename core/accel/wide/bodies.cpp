@@ -75,22 +75,24 @@ bool are_in_each_others_way(const Scene& scene, std::uint32_t first, std::uint32
 
 }  // namespace
 
-Bodies::Bodies(std::shared_ptr<const Scene> scene)
-    : scene_(std::move(scene)),
-      body_of_(scene_->objects.size()),
-      first_triangle_(scene_->objects.size()),
-      is_quad_(scene_->objects.size()),
-      hierarchies_(scene_->shapes.size()) {}
+Bodies Bodies::apart(std::shared_ptr<const Scene> scene) { return Bodies(std::move(scene)); }
 
-Bodies Bodies::apart(std::shared_ptr<const Scene> scene) {
-  Bodies bodies(std::move(scene));
-  for (std::uint32_t object = 0; object < bodies.body_of_.size(); ++object) bodies.add(object, 1);
-  return bodies;
+Bodies::Body Bodies::operator[](std::uint32_t body) const {
+  const Run run = are_joined() ? runs_[body] : Run{body, 1, kAlone};
+  if (run.joined != kAlone) {
+    const auto hierarchy = static_cast<std::uint32_t>(scene_->shapes.size()) + run.joined;
+    return {nullptr, nullptr, run.first, run.count, hierarchy};
+  }
+  const Object& object = scene_->objects[run.first];
+  return {&scene_->shapes[object.shape], object.placement ? &*object.placement : nullptr, run.first, 1, object.shape};
 }
 
 Bodies Bodies::joined(std::shared_ptr<const Scene> scene, std::uint64_t most_triangles) {
   Bodies bodies(std::move(scene));
   const Scene& all = *bodies.scene_;
+  for (std::vector<std::uint32_t>* of_object : {&bodies.body_of_, &bodies.first_triangle_})
+    of_object->resize(all.objects.size());
+  bodies.is_quad_.resize(all.objects.size());
   std::vector<std::uint32_t> uses(all.shapes.size());
   for (const Object& object : all.objects) ++uses[object.shape];
   for (std::uint32_t first = 0; first < all.objects.size();) {
@@ -105,31 +107,36 @@ Bodies Bodies::joined(std::shared_ptr<const Scene> scene, std::uint64_t most_tri
       first += count;
     }
   }
+  if (bodies.joined_.empty()) return apart(bodies.scene_);
+  bodies.runs_.shrink_to_fit();
   return bodies;
 }
 
 void Bodies::add(std::uint32_t first, std::uint32_t count) {
-  const Object& object = scene_->objects[first];
-  Body body{&scene_->shapes[object.shape], object.placement ? &*object.placement : nullptr, first, count, object.shape};
+  const auto body = static_cast<std::uint32_t>(runs_.size());
   std::uint32_t triangles = 0;
   for (std::uint32_t member = first; member < first + count; ++member) {
-    body_of_[member] = size();
+    body_of_[member] = body;
     first_triangle_[member] = triangles;
     if (count == 1) continue;
     const Shape& shape = scene_->shapes[scene_->objects[member].shape];
     triangles += static_cast<std::uint32_t>(part_of(shape).triangles);
     is_quad_[member] = std::holds_alternative<Quad>(shape);
   }
-  if (count > 1) {
-    body.shape = nullptr;
-    body.hierarchy = static_cast<std::uint32_t>(hierarchies_++);
-    members_.emplace_back(std::span(first_triangle_).subspan(first, count), triangles);
-  }
-  bodies_.push_back(body);
+  runs_.push_back({first, count, count > 1 ? static_cast<std::uint32_t>(joined_.size()) : kAlone});
+  if (count > 1) joined_.emplace_back(std::span(first_triangle_).subspan(first, count), triangles);
 }
 
 TriangleMesh Bodies::joined_mesh(const Body& body) const {
   TriangleMesh all;
+  Part size;
+  for (std::uint32_t object = body.first; object < body.first + body.count; ++object) {
+    const Part part = part_of(scene_->shapes[scene_->objects[object].shape]);
+    size.triangles += part.triangles;
+    size.positions += part.positions;
+  }
+  all.triangles.reserve(size.triangles);
+  all.positions.reserve(size.positions);
   for (std::uint32_t object = body.first; object < body.first + body.count; ++object) {
     const Shape& shape = scene_->shapes[scene_->objects[object].shape];
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))
@@ -141,13 +148,14 @@ TriangleMesh Bodies::joined_mesh(const Body& body) const {
 }
 
 std::size_t Bodies::bytes() const {
-  std::size_t bytes = bodies_.size() * sizeof(Body) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
-  for (const PartTable& members : members_) bytes += sizeof(PartTable) + members.bytes();
+  std::size_t bytes = runs_.size() * sizeof(Run) + body_of_.size() * (2 * sizeof(std::uint32_t) + 1);
+  for (const PartTable& members : joined_) bytes += sizeof(PartTable) + members.bytes();
   return bytes;
 }
 
-std::vector<Aabb> Bodies::around(std::span<const Aabb> boxes) const {
-  std::vector<Aabb> all(bodies_.size());
+std::vector<Aabb> Bodies::around(std::vector<Aabb> boxes) const {
+  if (!are_joined()) return boxes;
+  std::vector<Aabb> all(runs_.size());
   for (std::size_t object = 0; object < boxes.size(); ++object) all[body_of_[object]].extend(boxes[object]);
   return all;
 }
@@ -158,11 +166,10 @@ PrimitiveId Bodies::left(PrimitiveId id) const {
 }
 
 PrimitiveId Bodies::of_object(PrimitiveId id) const {
-  const Body& body = bodies_[id.object];
-  if (body.count == 1) return {body.first, id.primitive};
-  const PartTable& members = members_[body.hierarchy - scene_->shapes.size()];
-  const std::uint32_t object =
-      body.first + members.part_of(id.primitive, std::span(first_triangle_).subspan(body.first, body.count));
+  const Run& run = runs_[id.object];
+  if (run.joined == kAlone) return {run.first, id.primitive};
+  const auto begins = std::span(first_triangle_).subspan(run.first, run.count);
+  const std::uint32_t object = run.first + joined_[run.joined].part_of(id.primitive, begins);
   return {object, is_quad_[object] ? 0 : id.primitive - first_triangle_[object]};
 }
 
@@ -174,7 +181,8 @@ std::vector<std::uint32_t> Bodies::of_objects(std::span<const std::uint32_t> obj
 }
 
 void Bodies::mark(ObjectMarks& marks, std::uint32_t body) const {
-  const std::uint32_t first = bodies_[body].first, end = first + bodies_[body].count;
+  if (!are_joined()) return marks.mark(body);
+  const std::uint32_t first = runs_[body].first, end = first + runs_[body].count;
   if (marks.is_marked(end - 1)) return;
   for (std::uint32_t object = first; object < end; ++object) marks.mark(object);
 }

@@ -35,26 +35,28 @@ class Bodies {
   /// made as a whole when the first ray comes to it; none has more than so many triangles.
   static Bodies joined(std::shared_ptr<const Scene> scene, std::uint64_t most_triangles = kMostTriangles);
 
-  std::uint32_t size() const { return static_cast<std::uint32_t>(bodies_.size()); }
-  const Body& operator[](std::uint32_t body) const { return bodies_[body]; }
+  std::uint32_t size() const {
+    return static_cast<std::uint32_t>(are_joined() ? runs_.size() : scene_->objects.size());
+  }
+  Body operator[](std::uint32_t body) const;
   static bool is_mesh(const Body& body) {
     return body.shape == nullptr || std::holds_alternative<TriangleMesh>(*body.shape);
   }
   /// Of a body that is joined.
   TriangleMesh joined_mesh(const Body& body) const;
-  std::size_t hierarchies() const { return hierarchies_; }
-  /// Of the heap, that the scene doesn't hold.
+  std::size_t hierarchies() const { return scene_->shapes.size() + joined_.size(); }
+  /// Of the heap, that the scene doesn't hold: none where no bodies are joined.
   std::size_t bytes() const;
   const Scene& scene() const { return *scene_; }
   const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
-  bool are_joined() const { return bodies_.size() < scene_->objects.size(); }
+  bool are_joined() const { return !joined_.empty(); }
 
-  /// For each body the box around its objects', of which `boxes` are all.
-  std::vector<Aabb> around(std::span<const Aabb> boxes) const;
+  /// For each body the box around its objects', whose are `boxes`.
+  std::vector<Aabb> around(std::vector<Aabb> boxes) const;
 
   /// What a ray leaves, as its body's: none for one of the two triangles of a quad.
   PrimitiveId left(PrimitiveId id) const;
-  /// The first primitive of an object, as its body's.
+  /// The first primitive of an object, as its body's. Here and below some bodies are joined.
   PrimitiveId first_of(std::uint32_t object) const { return {body_of_[object], first_triangle_[object]}; }
   /// What is hit, as its object's.
   PrimitiveId of_object(PrimitiveId id) const;
@@ -65,16 +67,23 @@ class Bodies {
   void mark(ObjectMarks& marks, std::uint32_t body) const;
 
  private:
-  explicit Bodies(std::shared_ptr<const Scene> scene);
+  /// Objects that are one body.
+  struct Run {
+    std::uint32_t first, count;
+    std::uint32_t joined;  ///< Among the joined; `kAlone` for a single object.
+  };
+  static constexpr std::uint32_t kAlone = 0xFFFFFFFF;
+
+  explicit Bodies(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {}
   void add(std::uint32_t first, std::uint32_t count);
 
   std::shared_ptr<const Scene> scene_;
-  std::vector<Body> bodies_;
+  // All empty where each object is a body.
+  std::vector<Run> runs_;
   std::vector<std::uint32_t> body_of_;         ///< For each object,
   std::vector<std::uint32_t> first_triangle_;  ///< and where its primitives begin among its body's.
   std::vector<std::uint8_t> is_quad_;          ///< That was joined.
-  std::vector<PartTable> members_;             ///< Of each joined body, by its hierarchy, whose triangles are whose.
-  std::size_t hierarchies_;
+  std::vector<PartTable> joined_;              ///< Of each joined body, whose triangles are whose.
 };
 
 }  // namespace tessera

@@ -4,8 +4,8 @@
 
 namespace tessera {
 
-JoinedAccel::JoinedAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make)
-    : wide_(std::move(bodies), options, kernels, std::move(make)) {}
+JoinedAccel::JoinedAccel(Bodies bodies, const WideKernels& kernels, MakeTree make)
+    : wide_(std::move(bodies), kernels, std::move(make)) {}
 
 std::optional<Hit> JoinedAccel::closest(const Ray& ray, TraceLog log) const {
   return of_object(wide_.closest(of_body(ray), log));

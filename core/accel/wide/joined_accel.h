@@ -8,7 +8,7 @@ namespace tessera {
 /// A `WideAccel` over bodies that are joined from a scene's objects: rays go in, and hits come out, by objects.
 class JoinedAccel final : public Accel {
  public:
-  JoinedAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make);
+  JoinedAccel(Bodies bodies, const WideKernels& kernels, MakeTree make);
 
   std::optional<Hit> closest(const Ray& ray, TraceLog log) const override;
   bool occluded(const Ray& ray, TraceLog log) const override;

@@ -1,6 +1,7 @@
 #include "core/accel/wide/lazy_tree.h"
 
 #include <chrono>
+#include <utility>
 
 namespace tessera {
 
@@ -8,10 +9,11 @@ const LazyTree::Ready* LazyTree::make_ready(const std::function<MadeTree()>& mak
   const std::lock_guard lock(making_);
   if (const Ready* ready = this->ready()) return ready;
   const auto start = std::chrono::steady_clock::now();
-  made_.made = make();
-  made_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  ready_.store(&made_, std::memory_order_release);
-  return &made_;
+  auto made = std::make_unique<Ready>(Ready{make(), 0});
+  made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  made_ = std::move(made);
+  ready_.store(made_.get(), std::memory_order_release);
+  return made_.get();
 }
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <concepts>
 #include <functional>
+#include <memory>
 #include <mutex>
 
 #include "core/accel/wide/wide_tree.h"
@@ -44,7 +45,7 @@ class LazyTree {
   const Ready* make_ready(const std::function<MadeTree()>& make) const;
 
   mutable std::mutex making_;
-  mutable Ready made_;
+  mutable std::unique_ptr<const Ready> made_;         ///< Apart, as of many hierarchies most may never be made.
   mutable std::atomic<const Ready*> ready_{nullptr};  ///< `made_`, once that is whole.
 };
 

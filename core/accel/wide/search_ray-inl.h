@@ -19,6 +19,7 @@
 
 #include "core/accel/wide/wide_tree.h"
 #include "core/bounds/cull_pad.h"
+#include "core/math/transform.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
@@ -193,6 +194,22 @@ HWY_INLINE std::uint32_t set_up(const TreeFrame& frame, std::uint32_t object, co
   std::uint32_t octants[hn::MaxLanes(f)];
   set_up(f, frame, object, {&ray, 1}, 0, &out, octants);
   return octants[0];
+}
+
+/// Pads a ray further, for a tree over boxes of objects of which some are placed: by what `cull_pad` adds for that, and
+/// by 2u·M for the sums with it.
+HWY_INLINE void pad_for(const TreeFrame& frame, Vec3 origin, Transform::Error placed, SearchRay& search) {
+  double reach = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    reach = std::max(reach, std::abs(double{origin[axis]} - frame.center[axis]) + frame.half[axis]);
+  const double more =
+      8 * kUnitRoundoff * (placed.condition * (max_component(abs(origin)) + reach) + placed.offset + reach / 4);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto pad = static_cast<float>(more * std::abs(search.inverse[axis]) * (1 + 4 * kUnitRoundoff));
+    const float known = pad >= 0 ? pad : kInfinity;
+    search.near_start[axis] -= known;
+    search.far_start[axis] += known;
+  }
 }
 
 }  // namespace tessera::HWY_NAMESPACE

@@ -15,12 +15,26 @@ namespace tessera::HWY_NAMESPACE {
 /// One ray's way through a tree, nearest child first.
 class SingleRay {
  public:
+  /// For a tree over bodies, of which some are `placed`.
+  SingleRay(const WideTree& tree, const TreeFrame& frame, Transform::Error placed, const Ray& ray)
+      : SingleRay(tree, frame, kNoPrimitive.object, ray) {
+    pad_for(frame, ray.origin, placed, search_);
+  }
   SingleRay(const WideTree& tree, const TreeFrame& frame, std::uint32_t object, const Ray& ray)
       : tree_(tree), frame_(frame), ray_(ray), octant_(set_up(frame, object, ray, search_)), rows_(octant_) {}
 
   /// Calls `hit(t, triangle)` for hits within the ray's interval at t ≤ limit; it returns the new limit, or `kStop`.
   template <typename Counter, typename OnHit>
   HWY_INLINE void visit(float limit, Counter tally, OnHit&& hit) {
+    visit_leaves(limit, tally, [&](std::uint32_t leaf, float before) HWY_ATTR {
+      return test_leaf(Leaf(tree_, leaf), ray_, search_, before, tally, hit);
+    });
+  }
+
+  /// Calls `test(leaf, limit)` for the leaves that the ray may enter at t ≤ limit; it returns the new limit, or
+  /// `kStop`.
+  template <typename Counter, typename OnLeaf>
+  HWY_INLINE void visit_leaves(float limit, Counter tally, OnLeaf&& test) {
     std::uint32_t current = 0;
     while (true) {
       if (!WideChild::is_leaf(current)) {
@@ -30,7 +44,7 @@ class SingleRay {
         top_ += entered;
       } else {
         const auto before = tally.hits();
-        limit = test_leaf(Leaf(tree_, current), ray_, search_, limit, tally, hit);
+        limit = test(current, limit);
         if (limit == kStop) return;
         tally.looked_into(before);
       }

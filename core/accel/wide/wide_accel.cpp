@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <numeric>
+#include <type_traits>
 
+#include "core/accel/index.h"
 #include "core/accel/make.h"
-#include "core/accel/scene_items.h"
 #include "core/accel/tally.h"
 #include "core/accel/wide/cache_lines.h"
 #include "core/accel/wide/cube_sides.h"
@@ -15,19 +16,47 @@
 namespace tessera {
 namespace {
 
-/// The bodies, known by their boxes.
-class BodyItems final : public Items {
- public:
-  BodyItems(const Bodies& bodies, const AccelOptions& options)
-      : Items(bodies.around(ObjectItems(bodies.scene(), options).boxes())) {}
-
-  bool are_primitives() const override { return false; }
-  void outline(std::uint32_t item, Outline& out) const override {
-    const Aabb& box = boxes()[item];
-    if (!box.empty()) out.points.insert(out.points.end(), {box.lo, box.hi});
-  }
-  std::optional<std::array<Vec3, 3>> triangle(std::uint32_t) const override { return std::nullopt; }
+/// A ball around what a shape is, in its own space.
+struct Ball {
+  Vec3d center;
+  double radius = kInfinity;
 };
+Ball ball_around(const Shape& shape, const Aabb& box) {
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) return {to_double(sphere->center), sphere->radius};
+  const auto* mesh = std::get_if<TriangleMesh>(&shape);
+  if (!mesh || box.empty()) return {};
+  Ball ball{to_double(box.center()), 0};
+  for (const Vec3 p : mesh->positions)
+    if (box.contains(p)) ball.radius = std::max(ball.radius, length(to_double(p) - ball.center));
+  return ball;
+}
+
+/// The boxes of all objects: in the world that of their own box and that of the ball both hold what is placed, and
+/// which one is smaller depends on how it is turned.
+std::vector<Aabb> boxes_of(const Scene& scene) {
+  std::vector<Aabb> boxes = world_bounds(scene);
+  std::vector<std::optional<Ball>> balls(scene.shapes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Object& object = scene.objects[i];
+    if (!object.placement || boxes[i].empty()) continue;
+    std::optional<Ball>& ball = balls[object.shape];
+    if (!ball) ball = ball_around(scene.shapes[object.shape], local_bounds(scene)[object.shape]);
+    if (ball->radius == kInfinity) continue;
+    const Transform::ToWorld to_world = object.placement->to_world();
+    const Vec3d center = to_world.point(ball->center);
+    Vec3d reach;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double* row = to_world.rows().data() + std::ptrdiff_t{4} * axis;
+      const double size = max_component(abs(ball->center));  // whose rounding is covered too
+      reach[axis] = ball->radius * length(Vec3d{row[0], row[1], row[2]}) * (1 + 0x1p-40) +
+                    0x1p-48 * ((std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2])) * size + std::abs(row[3]));
+    }
+    const Aabb around = outward(center - reach, center + reach);
+    boxes[i].lo = max(boxes[i].lo, around.lo);
+    boxes[i].hi = min(boxes[i].hi, around.hi);
+  }
+  return boxes;
+}
 
 /// Runs `trace` with a tally that counts, or with one that costs nothing.
 template <typename Trace>
@@ -74,24 +103,25 @@ constexpr std::size_t kLeastStream = 64;
 
 }  // namespace
 
-WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions& options, const WideKernels& kernels,
-                     MakeTree make)
-    : WideAccel(Bodies::apart(std::move(scene)), options, kernels, std::move(make)) {}
+WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions&, const WideKernels& kernels, MakeTree make)
+    : WideAccel(Bodies::apart(std::move(scene)), kernels, std::move(make)) {}
 
-WideAccel::WideAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make)
+WideAccel::WideAccel(Bodies bodies, const WideKernels& kernels, MakeTree make)
     : bodies_(std::move(bodies)),
       kernels_(kernels),
-      boxes_(bodies_.around(world_bounds(bodies_.scene()))),
-      tree_(BodyItems(bodies_, options), BoxBound(), options),
+      boxes_(bodies_.around(boxes_of(bodies_.scene()))),
+      tree_(build_wide_over(boxes_)),
       make_(std::move(make)),
       meshes_(bodies_.hierarchies()) {
-  for (std::uint32_t body = 0; body < bodies_.size(); ++body)
-    if (const Transform* placement = bodies_[body].placement) {
-      const Transform::Error e = placement->error();
+  for (const Object& object : bodies_.scene().objects)
+    if (object.placement) {
+      const Transform::Error e = object.placement->error();
       placed_ = {std::max(placed_.condition, e.condition), std::max(placed_.offset, e.offset)};
     }
-  all_.resize(boxes_.size());
-  std::iota(all_.begin(), all_.end(), 0);
+  if (boxes_.size() <= kFewToAsk) {
+    all_.resize(boxes_.size());
+    std::iota(all_.begin(), all_.end(), 0);
+  }
   // What rays are sure to come to is better made by whoever waits for the structure.
   if (is_lone_mesh()) mesh_tree(bodies_[0]);
 }
@@ -101,7 +131,7 @@ MadeTree WideAccel::build_tree(const TriangleMesh& mesh) { return {build_wide(me
 bool WideAccel::pass_by(std::uint32_t body, std::span<const Ray> rays) const {
   const Bodies::Body& b = bodies_[body];
   return Bodies::is_mesh(b) && !meshes_[b.hierarchy].ready() && std::ranges::all_of(rays, [&](const Ray& ray) {
-           return CullRay(ray, tree_.root(), placed_).misses(boxes_[body], ray.t_min, ray.t_max);
+           return CullRay(ray, tree_.root, placed_).misses(boxes_[body], ray.t_min, ray.t_max);
          });
 }
 
@@ -136,17 +166,23 @@ bool WideAccel::occluded_by(std::uint32_t body, const Ray& world, TraceLog log) 
   return hit;
 }
 
+template <typename Visit>
+void WideAccel::visit_bodies(const Ray& ray, TraceLog log, Visit&& visit) const {
+  const auto call = [](void* self, std::uint32_t body, float limit) {
+    return (*static_cast<std::remove_reference_t<Visit>*>(self))(body, limit);
+  };
+  kernels_.visit_bodies(tree_, placed_, ray, {&visit, call}, log.counts);
+}
+
 std::optional<Hit> WideAccel::closest(const Ray& ray, TraceLog log) const {
   if (!is_traceable(ray)) return std::nullopt;
   Hit best{ray.t_max};
   if (is_lone_mesh())
     closest_in(0, ray, best, log);
   else
-    counted(log, [&](auto tally) {
-      tree_.visit(ray, placed_, ray.t_max, tally, [&](std::uint32_t body, float) {
-        closest_in(body, ray, best, log);
-        return best.t;
-      });
+    visit_bodies(ray, log, [&](std::uint32_t body, float) {
+      closest_in(body, ray, best, log);
+      return best.t;
     });
   return best.t < ray.t_max ? std::optional(best) : std::nullopt;
 }
@@ -155,11 +191,9 @@ bool WideAccel::occluded(const Ray& ray, TraceLog log) const {
   if (!is_traceable(ray)) return false;
   if (is_lone_mesh()) return occluded_by(0, ray, log);
   bool hidden = false;
-  counted(log, [&](auto tally) {
-    tree_.visit(ray, placed_, ray.t_max, tally, [&](std::uint32_t body, float limit) {
-      hidden = occluded_by(body, ray, log);
-      return hidden ? kStop : limit;
-    });
+  visit_bodies(ray, log, [&](std::uint32_t body, float limit) {
+    hidden = occluded_by(body, ray, log);
+    return hidden ? kStop : limit;
   });
   return hidden;
 }
@@ -167,7 +201,7 @@ bool WideAccel::occluded(const Ray& ray, TraceLog log) const {
 std::optional<Hit> WideAccel::closest_among(const Ray& ray, std::span<const std::uint32_t> bodies, TraceLog log) const {
   if (!is_traceable(ray)) return std::nullopt;
   Hit best{ray.t_max};
-  const CullRay cull(ray, tree_.root(), placed_);
+  const CullRay cull(ray, tree_.root, placed_);
   for (const std::uint32_t body : bodies)
     if (!cull.misses(boxes_[body], ray.t_min, best.t)) closest_in(body, ray, best, log);
   return best.t < ray.t_max ? std::optional(best) : std::nullopt;
@@ -181,17 +215,15 @@ std::optional<Hit> WideAccel::closest_at(const Ray& ray, float t, PrimitiveId le
   const Ray at = only_at(ray, t);
   if (!is_traceable(at)) return std::nullopt;
   Hit best{at.t_max};
-  counted(log, [&](auto tally) {
-    tree_.visit(at, placed_, at.t_max, tally, [&](std::uint32_t body, float) {
-      if (body >= least.object) closest_in(body, at, best, log, body == least.object ? least.primitive : 0);
-      return best.t;
-    });
+  visit_bodies(at, log, [&](std::uint32_t body, float) {
+    if (body >= least.object) closest_in(body, at, best, log, body == least.object ? least.primitive : 0);
+    return best.t;
   });
   return best.t < at.t_max ? std::optional(best) : std::nullopt;
 }
 
 void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  if (rays.empty() || (!among && !are_few(all_, rays.size())) || !all_traceable(rays))
+  if (rays.empty() || (!among && !are_few(boxes_.size(), rays.size())) || !all_traceable(rays))
     return Accel::closest(rays, hits, log, among);
   const std::span<const std::uint32_t> bodies = among.value_or(all_);
   std::ranges::fill(hits, Hit{});
@@ -199,7 +231,7 @@ void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog
     if (log.tested) bodies_.mark(*log.tested, 0);
     return closest_on(0, rays, hits, log.counts);
   }
-  RayBatch<Hit> batch(tree_.root(), placed_);
+  RayBatch<Hit> batch(tree_.root, placed_);
   batch.start(rays, hits, false);
   for (const std::uint32_t body : batch.near_to_far(bodies, boxes_)) {
     if (!pick(body, batch, log)) continue;
@@ -229,7 +261,7 @@ void WideAccel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log
 }
 
 void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  if (fan.size() == 0 || (!among && all_.size() > kFewForFans)) return Accel::closest_fan(fan, hits, log, among);
+  if (fan.size() == 0 || (!among && boxes_.size() > kFewForFans)) return Accel::closest_fan(fan, hits, log, among);
   const std::span<const std::uint32_t> bodies = among.value_or(all_);
   prefetch(fan, hits);
   std::ranges::fill(hits, Hit{});
@@ -237,7 +269,7 @@ void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog
     if (log.tested) bodies_.mark(*log.tested, 0);
     return closest_on_mesh(0, fan, hits, log.counts);
   }
-  RayBatch<Hit> batch(tree_.root(), placed_);
+  RayBatch<Hit> batch(tree_.root, placed_);
   std::vector<Ray> rays;
   Directions directions;
   for (std::size_t first = 0; first < fan.size(); first += kFanRays) {
@@ -284,13 +316,17 @@ void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidd
   }
   std::span<const std::uint32_t> bodies = all_;
   std::vector<std::uint32_t> on_the_way;
-  if (apex && bodies.size() <= kFewToAsk) bodies = on_the_way = bodies_to(*apex, rays);
-  if (!(apex ? bodies.size() <= kFewForFans : are_few(bodies, rays.size()))) return Accel::occluded(rays, hidden, log);
-  RayBatch<std::uint8_t> batch(tree_.root(), placed_);
+  std::size_t count = boxes_.size();
+  if (apex && count <= kFewToAsk) {
+    bodies = on_the_way = bodies_to(*apex, rays);
+    count = bodies.size();
+  }
+  if (!(apex ? count <= kFewForFans : are_few(count, rays.size()))) return Accel::occluded(rays, hidden, log);
+  RayBatch<std::uint8_t> batch(tree_.root, placed_);
   const std::size_t most = apex ? kFanRays : rays.size();
   for (std::size_t first = 0; first < rays.size(); first += most) {
-    const std::size_t count = std::min(most, rays.size() - first);
-    batch.start(rays.subspan(first, count), hidden.subspan(first, count), apex.has_value());
+    const std::size_t size = std::min(most, rays.size() - first);
+    batch.start(rays.subspan(first, size), hidden.subspan(first, size), apex.has_value());
     for (const std::uint32_t body : bodies) {
       if (!pick(body, batch, log)) continue;
       // A placement rounds once more: of rays that lead to one point it makes rays that nearly do.
@@ -380,14 +416,14 @@ void WideAccel::occluded_on(std::uint32_t body, std::optional<Vec3> apex, std::s
 
 std::vector<std::uint32_t> WideAccel::bodies_to(Vec3 apex, std::span<const Ray> rays) const {
   std::vector<std::uint32_t> some;
-  const WayToPoint way(rays, apex, tree_.root(), placed_);
+  const WayToPoint way(rays, apex, tree_.root, placed_);
   for (const std::uint32_t body : all_)
     if (!way.misses(boxes_[body])) some.push_back(body);
   return some;
 }
 
-bool WideAccel::are_few(std::span<const std::uint32_t> bodies, std::size_t rays) {
-  return bodies.size() <= std::max(kFewForOthers, rays / kRaysForEach);
+bool WideAccel::are_few(std::size_t bodies, std::size_t rays) {
+  return bodies <= std::min(std::max(kFewForOthers, rays / kRaysForEach), kFewToAsk);
 }
 
 const WideTree& WideAccel::mesh_tree(const Bodies::Body& body) const {
@@ -402,7 +438,7 @@ bool WideAccel::is_lone_mesh() const {
 }
 
 AccelStats WideAccel::stats() const {
-  AccelStats sum = tree_.stats();
+  AccelStats sum = tree_.stats;
   std::uint32_t deepest = 0;
   std::vector<bool> is_counted(meshes_.size(), false);
   for (std::uint32_t body = 0; body < bodies_.size(); ++body) {
@@ -421,7 +457,8 @@ AccelStats WideAccel::stats() const {
     sum.meshes_loaded += ready->made.was_kept;
     sum.mesh_seconds += ready->seconds;
   }
-  sum.bytes += boxes_.size() * sizeof(Aabb) + meshes_.size() * sizeof(LazyTree) + bodies_.bytes();
+  sum.bytes += boxes_.size() * sizeof(Aabb) + all_.size() * sizeof(std::uint32_t) + meshes_.size() * sizeof(LazyTree) +
+               bodies_.bytes();
   sum.depth += deepest;
   return sum;
 }
@@ -429,8 +466,7 @@ AccelStats WideAccel::stats() const {
 std::unique_ptr<const Accel> make_wide(std::shared_ptr<const Scene> scene, const AccelOptions& options,
                                        const WideKernels& kernels, MakeTree make) {
   Bodies bodies = Bodies::joined(std::move(scene));
-  if (bodies.are_joined())
-    return std::make_unique<const JoinedAccel>(std::move(bodies), options, kernels, std::move(make));
+  if (bodies.are_joined()) return std::make_unique<const JoinedAccel>(std::move(bodies), kernels, std::move(make));
   return std::make_unique<const WideAccel>(bodies.shared_scene(), options, kernels, std::move(make));
 }
 

@@ -4,18 +4,16 @@
 #include <vector>
 
 #include "core/accel/accel.h"
-#include "core/accel/bound_tree.h"
 #include "core/accel/wide/bodies.h"
 #include "core/accel/wide/lazy_tree.h"
 #include "core/accel/wide/ray_batch.h"
 #include "core/accel/wide/wide_kernels.h"
 #include "core/accel/wide/wide_tree.h"
-#include "core/bounds/box_bound.h"
 
 namespace tessera {
 
 /// The structure for speed: a wide hierarchy over each mesh, searched by kernels for this machine's instruction set,
-/// and a binary one over the bodies, which are the objects here (`JoinedAccel` has fewer). A mesh gets its hierarchy
+/// and one over the bodies, which are the objects here (`JoinedAccel` has fewer). A mesh gets its hierarchy
 /// when the first ray enters the box of a body that it is the shape of; if that fails, whatever the ray was traced by
 /// throws.
 class WideAccel final : public Accel {
@@ -40,17 +38,20 @@ class WideAccel final : public Accel {
 
   /// Of these bodies, by whose numbers everything goes then: all but `TraceLog::tested` is `JoinedAccel`'s to carry
   /// over.
-  WideAccel(Bodies bodies, const AccelOptions& options, const WideKernels& kernels, MakeTree make);
+  WideAccel(Bodies bodies, const WideKernels& kernels, MakeTree make);
   /// The first hit at just that t of primitives with this number or a greater one.
   std::optional<Hit> closest_at(const Ray& ray, float t, PrimitiveId least, TraceLog log) const;
 
+  /// Calls `visit(body, limit)`, which returns the new limit or `kStop`, for bodies that the ray may enter.
+  template <typename Visit>
+  void visit_bodies(const Ray& ray, TraceLog log, Visit&& visit) const;
   const WideTree& mesh_tree(const Bodies::Body& body) const;
   /// Those that rays which lead to a point may meet on their way.
   std::vector<std::uint32_t> bodies_to(Vec3 apex, std::span<const Ray> rays) const;
   /// `closest_fan` where the fan's interval is all that is before its origin.
   void closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const;
   /// Whether batches go through bodies one by one.
-  static bool are_few(std::span<const std::uint32_t> bodies, std::size_t rays);
+  static bool are_few(std::size_t bodies, std::size_t rays);
   /// Whether nothing has been made yet for the object's mesh, and these rays need nothing: none enters its box.
   bool pass_by(std::uint32_t body, std::span<const Ray> rays) const;
   /// Among the primitives from `least` on.
@@ -75,8 +76,8 @@ class WideAccel final : public Accel {
   Bodies bodies_;
   const WideKernels& kernels_;
   std::vector<Aabb> boxes_;
-  std::vector<std::uint32_t> all_;  ///< Bodies' numbers.
-  BoundTree<BoxBound> tree_;
+  std::vector<std::uint32_t> all_;  ///< Bodies' numbers, where they are so few that any batch may go through them.
+  WideTree tree_;                   ///< Over the boxes.
   const MakeTree make_;
   std::vector<LazyTree> meshes_;  ///< By hierarchy; never asked for where there is no mesh.
   Transform::Error placed_;

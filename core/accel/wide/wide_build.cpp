@@ -52,7 +52,8 @@ struct Job {
 /// more to write it.
 class Layout {
  public:
-  Layout(const TriangleMesh& mesh, const BinaryTree& binary, unsigned threads) : mesh_(mesh), binary_(binary) {
+  /// Leaves of triangles are of `mesh`; where that is null they only have numbers.
+  Layout(const TriangleMesh* mesh, const BinaryTree& binary, unsigned threads) : mesh_(mesh), binary_(binary) {
     Extent top{.nodes = 1, .depth = 1};
     lay_out(root(), top, &jobs_);
     for_each_index(jobs_.size(), threads, [&](std::size_t i) { lay_out(jobs_[i], jobs_[i].extent, nullptr); });
@@ -121,20 +122,27 @@ class Layout {
   }
 
   std::uint32_t leaf(const BinaryNode& node, Extent& next) const {
+    ++next.leaves;
+    if (!mesh_) return WideChild::leaf(binary_.triangles[node.first()], 1);
     const std::uint64_t at = next.words;
     next.words += leaf_words(node.count());
-    ++next.leaves;
     if (storage_)
-      write_leaf(mesh_, {binary_.triangles.data() + node.first(), node.count()}, storage_->leaves.data() + at);
+      write_leaf(*mesh_, {binary_.triangles.data() + node.first(), node.count()}, storage_->leaves.data() + at);
     return WideChild::leaf(static_cast<std::uint32_t>(at / 4), node.count());
   }
 
-  const TriangleMesh& mesh_;
+  const TriangleMesh* mesh_;
   const BinaryTree& binary_;
   std::vector<Job> jobs_;
   Extent extent_;
   std::shared_ptr<Storage> storage_;  ///< Null as long as it is only measured.
 };
+
+/// Asked once, since that takes a system a while.
+unsigned machine_threads() {
+  static const unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+  return threads;
+}
 
 WideTree empty_tree() {
   auto slack = std::make_shared<std::array<std::uint32_t, WideTree::kSlack>>();
@@ -151,8 +159,32 @@ WideTree build_wide(const TriangleMesh& mesh, const WideBuildOptions& options) {
   if (mesh.triangles.empty()) return empty_tree();
   check_words(std::uint64_t{10} * mesh.triangles.size());  // No leaf takes less, so it needn't be built to know.
   WideBuildOptions settled = options;
-  if (settled.threads == 0) settled.threads = std::max(1U, std::thread::hardware_concurrency());
-  return Layout(mesh, build_binary(mesh, settled), settled.threads).tree();
+  if (settled.threads == 0) settled.threads = machine_threads();
+  return Layout(&mesh, build_binary(mesh, settled), settled.threads).tree();
+}
+
+WideTree build_wide_over(std::span<const Aabb> boxes, unsigned threads) {
+  if (boxes.size() > WideChild::kMostQuads)
+    throw std::length_error("a scene has more objects than a wide hierarchy has room for: 134 million");
+  // As a mesh of triangles with just those boxes.
+  TriangleMesh stand_ins;
+  std::vector<std::uint32_t> numbers;
+  stand_ins.positions.reserve(2 * boxes.size());
+  stand_ins.triangles.reserve(boxes.size());
+  numbers.reserve(boxes.size());
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    if (boxes[i].empty()) continue;
+    const auto corner = static_cast<std::uint32_t>(stand_ins.positions.size());
+    stand_ins.positions.insert(stand_ins.positions.end(), {boxes[i].lo, boxes[i].hi});
+    stand_ins.triangles.push_back({corner, corner + 1, corner});
+    numbers.push_back(i);
+  }
+  if (numbers.empty()) return empty_tree();
+  const WideBuildOptions options{
+      .leaf_size = 1, .threads = threads == 0 ? machine_threads() : threads, .spatial_splits = false};
+  BinaryTree binary = build_binary(stand_ins, options);
+  for (std::size_t i = 0; i < numbers.size(); ++i) binary.triangles[i] = numbers[binary.triangles[i]];
+  return Layout(nullptr, binary, options.threads).tree();
 }
 
 }  // namespace tessera

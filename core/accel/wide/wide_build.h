@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/accel/wide/wide_tree.h"
+#include "core/bounds/aabb.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace tessera {
@@ -21,5 +23,9 @@ struct WideBuildOptions {
 /// The hierarchy of a mesh. Precondition: the mesh is valid. Throws std::length_error if its leaves would take more
 /// than 2 GiB: some 50 million triangles.
 WideTree build_wide(const TriangleMesh& mesh, const WideBuildOptions& options = {});
+
+/// A hierarchy over boxes, each alone in a leaf, whose `at` is its number; it has no words of its own. Empty boxes are
+/// left out. Throws std::length_error if they are too many: 2^27.
+WideTree build_wide_over(std::span<const Aabb> boxes, unsigned threads = 0);
 
 }  // namespace tessera

@@ -101,6 +101,16 @@ void occluded(const WideTree& tree, std::uint32_t object, std::span<const Ray> r
   });
 }
 
+void visit_bodies(const WideTree& tree, Transform::Error placed, const Ray& ray, BodyVisit visit, TestCounts* counts) {
+  if (tree.nodes.empty()) return;
+  counted(counts, [&](auto tally) HWY_ATTR {
+    const TreeFrame frame(tree);
+    SingleRay(tree, frame, placed, ray).visit_leaves(ray.t_max, tally, [&](std::uint32_t leaf, float limit) HWY_ATTR {
+      return visit.call(visit.self, WideChild::at(leaf), limit);
+    });
+  });
+}
+
 /// A fan whose rays don't make whole blocks, filled up: with the last of them, which isn't looked for again.
 struct FilledFan {
   FilledFan(const RayFan& fan, std::span<const Hit> known) : count(whole_blocks(fan.size())) {
@@ -153,7 +163,8 @@ bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::sp
 }  // namespace
 
 const WideKernels* kernels() {
-  static const WideKernels all{hwy::TargetName(HWY_TARGET), closest, closest_from, occluded, closest_fan, occluded_fan};
+  static const WideKernels all{
+      hwy::TargetName(HWY_TARGET), closest, closest_from, occluded, visit_bodies, closest_fan, occluded_fan};
   return &all;
 }
 

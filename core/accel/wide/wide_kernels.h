@@ -7,6 +7,7 @@
 #include "core/accel/test_counts.h"
 #include "core/accel/wide/wide_tree.h"
 #include "core/math/ray_fan.h"
+#include "core/math/transform.h"
 
 namespace tessera {
 
@@ -17,6 +18,12 @@ inline constexpr std::size_t kFanRays = 1024;
 /// longer they share nodes: random ones take 1.4 times as long in streams of 4096 on 100,000 triangles, 1.2 times on 2
 /// million, and longer in larger ones, too, for which what is kept no longer fits into caches.
 inline constexpr std::size_t kStreamRays = 32768;
+
+/// What a ray does in a body that it may enter at t ≤ limit: `call` returns the new limit, or `kStop`.
+struct BodyVisit {
+  void* self;
+  float (*call)(void* self, std::uint32_t body, float limit);
+};
 
 /// How rays are led through the `WideTree` of an object's mesh, compiled for one instruction set; all find the same
 /// hits. Rays are in the mesh's own space, and traceable but for the fans'. `counts` is null, and counting costs
@@ -34,6 +41,10 @@ struct WideKernels {
   /// Sets `hidden[i]` where ray i hits anything; rays that are hidden already aren't traced.
   void (*occluded)(const WideTree&, std::uint32_t object, std::span<const Ray> rays, std::span<std::uint8_t> hidden,
                    TestCounts* counts);
+
+  /// Visits bodies of a tree over boxes (`build_wide_over`), roughly from near to far, up to the ray's `t_max`.
+  /// `placed` as for `cull_pad`.
+  void (*visit_bodies)(const WideTree&, Transform::Error placed, const Ray& ray, BodyVisit visit, TestCounts* counts);
 
   /// As `closest`, for up to `kFanRays` rays; those that are neighbours by sixteens should be so in space. False, and
   /// nothing done, where no picture can hold them: they point too far apart, some aren't traceable, or lengths are so

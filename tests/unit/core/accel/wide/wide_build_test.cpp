@@ -367,5 +367,53 @@ TEST(WideBuild, TooManyTrianglesAreRefused) {
   EXPECT_THROW(build_wide(mesh), std::length_error);
 }
 
+/// Every box has one leaf, below nodes that hold it; empty ones have none.
+void expect_holds_boxes(const WideTree& tree, std::span<const Aabb> boxes) {
+  std::vector<int> leaves(boxes.size());
+  const auto visit = [&](const auto& self, std::uint32_t number,
+                         std::vector<std::pair<std::uint32_t, int>> path) -> void {
+    for (int i = 0; i < WideNode::kChildren; ++i) {
+      const std::uint32_t child = tree.nodes[number].child[i];
+      if (child == kNoChild) continue;
+      auto below = path;
+      below.emplace_back(number, i);
+      if (!WideChild::is_leaf(child)) {
+        self(self, child, below);
+        continue;
+      }
+      ASSERT_LT(WideChild::at(child), boxes.size());
+      ++leaves[WideChild::at(child)];
+      const Aabb& box = boxes[WideChild::at(child)];
+      for (const auto& [node, slot] : below)
+        for (const Vec3 corner : {box.lo, box.hi}) EXPECT_TRUE(holds(tree.nodes[node], slot, to_double(corner)));
+    }
+  };
+  visit(visit, 0, {});
+  for (std::size_t i = 0; i < boxes.size(); ++i) EXPECT_EQ(leaves[i], boxes[i].empty() ? 0 : 1) << i;
+}
+
+TEST(WideBuildOver, HoldsEveryBoxOnce) {
+  for (const std::size_t count : {1U, 2U, 9U, 3000U}) {
+    Random random(count);
+    std::vector<Aabb> boxes(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i % 7 == 3) continue;                                               // stays empty
+      const Vec3 at = to_float(random.in_cube() * (i % 5 == 0 ? 0.0 : 1e3));  // some in one place
+      boxes[i].extend(at);
+      if (i % 3 != 0) boxes[i].extend(at + to_float(random.in_cube() * random.magnitude(-3, 3)));
+    }
+    const WideTree tree = build_wide_over(boxes, 1);
+    expect_holds_boxes(tree, boxes);
+    const WideTree by_two = build_wide_over(boxes, 2);
+    ASSERT_EQ(by_two.nodes.size(), tree.nodes.size());
+    EXPECT_EQ(std::memcmp(by_two.nodes.data(), tree.nodes.data(), tree.nodes.size_bytes()), 0);
+  }
+}
+
+TEST(WideBuildOver, OfNothingIsNothing) {
+  EXPECT_TRUE(build_wide_over({}).nodes.empty());
+  EXPECT_TRUE(build_wide_over(std::vector<Aabb>(3)).root.empty());
+}
+
 }  // namespace
 }  // namespace tessera

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <string>
 #include <utility>
 
+#include "core/math/portable.h"
 #include "core/scene/light.h"
 #include "proto/read_values.h"
 
@@ -41,6 +43,15 @@ class GltfMaterials::Reader {
   }
 
  private:
+  /// What a medium takes of light per metre that leaves so much of it after a distance; of black, nearly all.
+  static Rgb absorption(const std::array<float, 3>& left, float distance) {
+    const auto taken = [distance](float share) {
+      constexpr float kLeast = 1e-4F;
+      return static_cast<float>(-portable_log2(std::max(share, kLeast)) * std::numbers::ln2 / distance);
+    };
+    return {taken(left[0]), taken(left[1]), taken(left[2])};
+  }
+
   void add(const std::optional<GltfObject>& object, TextureSlot slot, std::uint8_t channel, bool is_srgb = false,
            float scale = 1) {
     if (const auto info = textures_.read_info(object))
@@ -132,6 +143,11 @@ class GltfMaterials::Reader {
     float thickness = 0;
     read(volume.find("thicknessFactor"), thickness, kNotNegative);
     layers.thin = thickness == 0;
+    float distance = 0;
+    std::array<float, 3> left{1, 1, 1};
+    read(volume.find("attenuationDistance"), distance, kPositive);
+    read_numbers(volume.find("attenuationColor"), left, kFraction);
+    if (distance > 0) out_.material.absorption = absorption(left, distance);
     textures_.read_info(volume.object("thicknessTexture"));
   }
 

@@ -4,12 +4,14 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
 #include "proto/wire/material_libraries.h"
+#include "proto/wire/material_textures.h"
 
 namespace tessera::client {
 namespace {
@@ -156,25 +158,50 @@ class Walk {
 
   void add_companions(json& file, const fs::path& obj) {
     std::vector<fs::path> outside;
+    std::vector<std::pair<std::string, fs::path>> libraries;
     proto::LibrarySearch search([&](const std::string& name) {
-      const std::optional<fs::path> path = folders_.find(obj.parent_path(), name);
-      if (!path) return false;
-      if (!may_send(*path)) {
-        outside.push_back(*path);
-        return false;
-      }
-      file["companions"][name] = add(*path);
-      return true;
+      const auto path = take_companion(file, obj, name, outside);
+      if (path) libraries.emplace_back(name, *path);
+      return path.has_value();
     });
-    proto::MtllibScanner scanner([&](std::string_view arguments) {
+    each_statement(obj, proto::kLibraryKeywords, [&](std::string_view arguments) {
       outside.clear();
-      if (search.look_for(arguments)) return;
-      for (const fs::path& path : outside)
-        found_.notes.push_back("the material library " + path.string() +
-                               " lies outside the document's folder and isn't " + "uploaded; " + kAllowOutside);
+      if (!search.look_for(arguments)) note_outside("material library", outside);
     });
 
-    std::ifstream text(obj, std::ios::binary);
+    proto::TextureSearch textures(
+        [&](const std::string& name) { return take_companion(file, obj, name, outside).has_value(); });
+    for (const auto& [name, path] : libraries)
+      each_statement(path, proto::kTextureKeywords, [&](std::string_view arguments) {
+        outside.clear();
+        if (!textures.look_for(name, proto::split_texture_statement(arguments).file)) note_outside("texture", outside);
+      });
+  }
+
+  /// Adds a companion of that name, relative to the OBJ file, if it is there and may be sent; else, if it is there, to
+  /// `outside`.
+  std::optional<fs::path> take_companion(json& file, const fs::path& obj, const std::string& name,
+                                         std::vector<fs::path>& outside) {
+    const std::optional<fs::path> path = folders_.find(obj.parent_path(), name);
+    if (!path) return std::nullopt;
+    if (!may_send(*path)) {
+      outside.push_back(*path);
+      return std::nullopt;
+    }
+    file["companions"][name] = add(*path);
+    return path;
+  }
+
+  void note_outside(const std::string& what, const std::vector<fs::path>& outside) {
+    for (const fs::path& path : outside)
+      found_.notes.push_back("the " + what + ' ' + path.string() + " lies outside the document's folder and isn't " +
+                             "uploaded; " + kAllowOutside);
+  }
+
+  template <typename Visit>
+  static void each_statement(const fs::path& path, std::span<const std::string_view> keywords, const Visit& visit) {
+    proto::StatementScanner scanner(keywords, [&](std::string_view, std::string_view arguments) { visit(arguments); });
+    std::ifstream text(path, std::ios::binary);
     std::vector<char> piece(1 << 20);
     while (text) {
       text.read(piece.data(), static_cast<std::streamsize>(piece.size()));

@@ -34,14 +34,15 @@ struct NamedFiles {
 };
 
 /// Rewrites each {"type": "file", "path": ...} anywhere in `document` whose path, taken from the folder, leads to a
-/// file here: "blob", "format" and, for an OBJ's material libraries, "companions" take the path's place; and each
+/// file here: "blob", "format" and, for an OBJ's material libraries and their textures, "companions" take the path's
+/// place; and each
 /// {"type": "environment", "path": ...}, whose map needs "blob" alone. The document then means the same to a server
 /// that has these files as blobs. A file's format is what its content says, else what its name's ending does. Paths
-/// that lead nowhere are left as they are. Libraries are found in any case of letters.
+/// that lead nowhere are left as they are. They are found in any case of letters.
 ///
-/// Files outside the folder, by their path or by symbolic links, aren't sent unless that is allowed: a library is left
-/// out with a note. Throws `Failure` (local_file) when the document itself names such a file, one whose format isn't
-/// known, or one that can't be read.
+/// Files outside the folder, by their path or by symbolic links, aren't sent unless that is allowed: a library or a
+/// texture is left out with a note. Throws `Failure` (local_file) when the document itself names such a file, one whose
+/// format isn't known, or one that can't be read.
 NamedFiles name_files_by_content(nlohmann::json& document, const SceneFolder& folder);
 
 /// "obj", "ply" or "nff" for such a file, by its kind, or for an unknown kind by the ending of its name, in any case.

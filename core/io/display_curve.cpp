@@ -69,8 +69,11 @@ std::uint8_t display_byte(float linear) {
   return linear < 1 ? kStaircase(linear) : 255;
 }
 
-float display_light(std::uint8_t byte) {
-  const double encoded = byte / 255.0;
+float display_light(std::uint8_t byte) { return light_of_encoded(byte / 255.0); }
+
+float light_of_encoded(double encoded) {
+  if (!(encoded > 0)) return 0;
+  if (encoded >= 1) return 1;
   if (encoded <= 0.04045) return static_cast<float>(encoded / 12.92);
   return static_cast<float>(portable_exp2(portable_log2((encoded + 0.055) / 1.055) * 2.4));
 }

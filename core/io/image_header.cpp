@@ -32,7 +32,8 @@ std::variant<ImageHeader, std::string> read_png(Bytes file) {
   std::uint32_t channels = 4;   // of a palette, too, which may hold alpha
   if (kind == 0) channels = 2;  // one of the greys may be transparent
   if (kind == 4) channels = 2;
-  return checked({"texture.png", big32(file, 16), big32(file, 20), channels * (depth == 16 ? 2 : 1)});
+  return checked(
+      {"texture.png", big32(file, 16), big32(file, 20), channels * (depth == 16 ? 2 : 1), kind == 4 || kind == 6});
 }
 
 std::variant<ImageHeader, std::string> read_jpeg(Bytes file) {
@@ -68,9 +69,11 @@ std::variant<ImageHeader, std::string> read_webp(Bytes file) {
     const std::uint32_t sizes = little24(chunk, 9) | byte_at(chunk, 12) << 24;
     header.width = (sizes & 0x3FFF) + 1;
     header.height = (sizes >> 14 & 0x3FFF) + 1;
+    header.has_alpha = (sizes >> 28 & 1) != 0;
   } else if (begins_with(chunk, "VP8X")) {
     header.width = little24(chunk, 12) + 1;
     header.height = little24(chunk, 15) + 1;
+    header.has_alpha = (byte_at(chunk, 8) & 0x10) != 0;
   } else {
     return broken;
   }
@@ -95,7 +98,7 @@ std::variant<ImageHeader, std::string> read_image_header(Bytes file) {
   if (begins_with(file, "BM")) return ImageHeader{"texture.bmp"};
   if (begins_with(file, std::string_view("II*\0", 4)) || begins_with(file, std::string_view("MM\0*", 4)))
     return ImageHeader{"texture.tif"};
-  if (may_be_targa(file)) return ImageHeader{"texture.tga"};
+  if (may_be_targa(file)) return ImageHeader{.name = "texture.tga", .has_alpha = byte_at(file, 16) == 32};
   return "It is no image of a kind that is known here (PNG, JPEG, WebP, EXR, HDR, TIFF, BMP, Targa).";
 }
 

@@ -15,6 +15,7 @@ struct ImageHeader {
   const char* name;                     ///< A file's name that tells OpenImageIO its format.
   std::uint32_t width = 0, height = 0;  ///< 0 where only a library can tell.
   std::uint32_t bytes_a_texel = 0;      ///< At most, decoded at the file's own depth.
+  bool has_alpha = false;               ///< For certain: of PNG, WebP and Targa.
 };
 
 /// PNG (ISO/IEC 15948), JPEG (ITU T.81), WebP (RFC 9649), and by their first bytes Radiance, OpenEXR, BMP and TIFF, and

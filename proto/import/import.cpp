@@ -33,7 +33,7 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
     case FileFormat::ply:
       return import_ply(bytes, name, stop);
     case FileFormat::obj:
-      return import_obj(std::move(bytes), name, companions, stop);
+      return import_obj(std::move(bytes), name, companions, stop, options, texture_bytes);
     case FileFormat::gltf:
       return import_gltf(bytes, name, companions, options, texture_bytes, stop);
   }

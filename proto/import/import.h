@@ -58,7 +58,7 @@ struct ImportOptions {
   bool operator==(const ImportOptions&) const = default;
 };
 
-/// Finds a file that the imported file refers to by name (an MTL library); nothing when there is none.
+/// Finds a file that the imported file refers to by name (an MTL library, an image); nothing when there is none.
 using CompanionSource = std::function<std::optional<std::filesystem::path>(std::string_view name)>;
 
 /// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines

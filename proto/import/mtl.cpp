@@ -25,6 +25,8 @@ constexpr std::size_t kMostMaterials = 1 << 16;
 /// Where a ball is seen, N·v is 2/3 on average over its picture.
 constexpr float kMeanFacing = 2.0F / 3;
 
+}  // namespace
+
 /// A material as MTL describes it.
 struct MtlMaterial {
   std::string name;
@@ -35,11 +37,17 @@ struct MtlMaterial {
   std::optional<float> d, tr;
   int illum = 2;
   std::size_t tf_line = 0;
-  bool has_texture = false;  ///< For kd.
+  Rgb ke{};
+  std::optional<float> pr, pm, ps, pc, pcr;
+  bool is_physical = false;   ///< Whether it has one of these, or a map of one, there or not,
+  bool names_kd_map = false;  ///< and a map_Kd.
+  std::vector<MtlMap> maps;   ///< One of each slot.
 
   float opacity() const { return d ? *d : 1 - tr.value_or(0); }
   bool refracts() const { return illum == 6 || illum == 7; }
 };
+
+namespace {
 
 std::string lower_case(std::string_view word) {
   std::string lower(word);
@@ -48,23 +56,17 @@ std::string lower_case(std::string_view word) {
 }
 
 bool is_texture(std::string_view keyword) {
-  return (keyword.starts_with("map_") && keyword != "map_aat") || keyword == "bump" || keyword == "disp" ||
-         keyword == "decal" || keyword == "refl" || keyword == "norm";
+  return (keyword.starts_with("map_") && keyword != "map_aat") || keyword == "disp" || keyword == "decal" ||
+         keyword == "refl";
 }
 
 /// Known statements without a meaning here, in lower case, and what to call them. The last ones are the physically
 /// based extension (Boubekeur & Harris 2016).
-constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kWithoutMeaning{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kWithoutMeaning{{
     {"ka", "Ka (an ambient colour of its own)"},
-    {"ke", "Ke (emission)"},
     {"km", "Km (a bump's height)"},
     {"sharpness", "sharpness (of a reflection map)"},
     {"map_aat", "map_aat (smoothing of textures)"},
-    {"pr", "Pr (roughness)"},
-    {"pm", "Pm (metallic)"},
-    {"ps", "Ps (sheen)"},
-    {"pc", "Pc (clear coat)"},
-    {"pcr", "Pcr (roughness of the clear coat)"},
     {"aniso", "aniso (anisotropy)"},
     {"anisor", "anisor (its rotation)"},
     {"mapping", "mapping"},
@@ -80,8 +82,13 @@ Rgb rgb_of_xyz(std::array<float, 3> c) {
 
 class MtlReader {
  public:
-  MtlReader(std::string text, std::string_view file_name, ImportNotes& notes, std::stop_token stop)
-      : steps_(std::move(stop)), text_(std::move(text), file_name, steps_), notes_(notes) {}
+  MtlReader(std::string text, std::string_view file_name, MtlTextures& textures, ImportNotes& notes,
+            std::stop_token stop)
+      : steps_(std::move(stop)),
+        text_(std::move(text), file_name, steps_),
+        file_name_(file_name),
+        textures_(textures),
+        notes_(notes) {}
 
   /// The library's materials that have names; nothing when there are more than `kMostMaterials`.
   std::vector<MtlMaterial> read() {
@@ -98,6 +105,7 @@ class MtlReader {
 
  private:
   void read_line() {
+    if (read_map()) return;
     TextCursor words(text_.current(), '#');
     const std::string keyword = lower_case(words.next());
     if (keyword.empty()) return;
@@ -121,13 +129,46 @@ class MtlReader {
       material.tr = fraction(words.next());
     } else if (keyword == "illum") {
       read_illum(words);
+    } else if (keyword == "ke") {
+      material.ke = light(words);
+    } else if (std::optional<float>* const number = physical(keyword)) {
+      *number = fraction(words.next());
+      material.is_physical = true;
     } else if (is_texture(keyword)) {
-      material.has_texture |= keyword == "map_kd";
-      return note("Textures aren't read: a texture was ignored");
+      return note(
+          "A texture other than map_Kd, map_Ke, map_d, norm, bump, map_Pr, map_Pm, map_Ps, map_Pc and "
+          "map_Pcr was ignored");
     } else {
-      return note_ignored(keyword, words);
+      return note_ignored(keyword);
     }
     if (!words.next().empty()) note("What follows the numbers of a statement was ignored");
+  }
+
+  /// Whether the line names a texture that is read. A # may be a part of its name.
+  bool read_map() {
+    TextCursor words(text_.current(), TextCursor::kNoComment);
+    const std::string keyword = lower_case(words.next());
+    if (std::ranges::find(kTextureKeywords, keyword) == std::end(kTextureKeywords)) return false;
+    if (materials_.empty()) return note("A statement before the first newmtl was ignored"), true;
+    MtlMaterial& material = materials_.back();
+    material.names_kd_map |= keyword == "map_kd";
+    material.is_physical |= keyword.starts_with("map_p");
+    if (auto map = textures_.read(file_name_, keyword, words.rest(), notes_, text_.line())) {
+      std::erase_if(material.maps, [&](const MtlMap& other) { return other.slot == map->slot; });
+      material.maps.push_back(*std::move(map));
+    }
+    return true;
+  }
+
+  /// What a statement of the physically based extension sets; null for others.
+  std::optional<float>* physical(std::string_view keyword) {
+    MtlMaterial& material = materials_.back();
+    if (keyword == "pr") return &material.pr;
+    if (keyword == "pm") return &material.pm;
+    if (keyword == "ps") return &material.ps;
+    if (keyword == "pc") return &material.pc;
+    if (keyword == "pcr") return &material.pcr;
+    return nullptr;
   }
 
   void note(std::string_view what) { notes_.add(what, text_.line()); }
@@ -140,19 +181,10 @@ class MtlReader {
   }
 
   /// Names statements in our own words alone: the file may be any file.
-  void note_ignored(std::string_view keyword, TextCursor& words) {
+  void note_ignored(std::string_view keyword) {
     const auto* known = std::ranges::find(kWithoutMeaning, keyword, [](const auto& entry) { return entry.first; });
     if (known == kWithoutMeaning.end()) return note("A statement that MTL doesn't have was ignored");
-    // Many exporters write that nothing is emitted, which is so.
-    if (keyword == "ke" && is_black(words)) return;
     note(std::string(known->second) + " has no meaning here and was ignored");
-  }
-
-  static bool is_black(TextCursor& words) {
-    for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
-      if (parse_float(word) != 0.0F) return false;
-    }
-    return true;
   }
 
   float number(std::string_view word) {
@@ -200,25 +232,29 @@ class MtlReader {
   }
 
   Rgb color(TextCursor& words) {
+    const Rgb value = any_color(words);
+    if (largest(value) > kLargestMtlShare)
+      note("A colour has a component above 1000, which counts as 1000");
+    else if (largest(value) > 1)
+      note("A colour has a component above 1, which is used as it is");
+    return at_most(kLargestMtlShare, value);
+  }
+
+  Rgb light(TextCursor& words) { return at_most(kLargestLight, any_color(words)); }
+
+  Rgb at_most(float most, Rgb value) {
+    const auto share = [&](float v) { return std::min(not_negative(v), most); };
+    return {share(value.r), share(value.g), share(value.b)};
+  }
+
+  Rgb any_color(TextCursor& words) {
     const TextCursor begin = words;
     const std::string first = lower_case(words.next());
-    Rgb value;
-    if (first == "spectral") {
-      value = spectral(words);
-    } else if (first == "xyz") {
-      value = rgb_of_xyz(components(words));
-    } else {
-      words = begin;
-      const auto [r, g, b] = components(words);
-      value = {r, g, b};
-    }
-    const float most = std::max({value.r, value.g, value.b});
-    if (most > kLargestMtlShare)
-      note("A colour has a component above 1000, which counts as 1000");
-    else if (most > 1)
-      note("A colour has a component above 1, which is used as it is");
-    const auto share = [this](float v) { return std::min(not_negative(v), kLargestMtlShare); };
-    return {share(value.r), share(value.g), share(value.b)};
+    if (first == "spectral") return spectral(words);
+    if (first == "xyz") return rgb_of_xyz(components(words));
+    words = begin;
+    const auto [r, g, b] = components(words);
+    return {r, g, b};
   }
 
   /// One number stands for all three.
@@ -250,35 +286,88 @@ class MtlReader {
 
   Steps steps_;
   ObjText text_;
+  std::string_view file_name_;
+  MtlTextures& textures_;
   ImportNotes& notes_;
   std::vector<MtlMaterial> materials_;
 };
 
 Rgb not_reflected(Rgb ks) { return {std::max(1 - ks.r, 0.0F), std::max(1 - ks.g, 0.0F), std::max(1 - ks.b, 0.0F)}; }
 
-/// MTL's illumination models in Whitted's terms.
-WhittedSurface to_surface(const MtlMaterial& mtl, ImportNotes& notes) {
-  const float opacity = mtl.opacity();
+/// A colour of 0 under a texture, as many programs write it, would be black.
+Rgb under_map(Rgb color, bool has_map) { return has_map && color.is_black() ? Rgb{1, 1, 1} : color; }
+float under_map(std::optional<float> number, bool has_map) {
+  return has_map && number.value_or(0) == 0 ? 1 : number.value_or(0);
+}
+
+/// MTL's illumination models in Whitted's terms. What `mtl` doesn't stop goes through, but for what `alpha` says.
+WhittedSurface to_whitted(const MtlMaterial& mtl, Rgb kd, bool has_alpha_map, ImportNotes& notes) {
+  const float opacity = has_alpha_map ? 1 : mtl.opacity();
   const bool has_fresnel = mtl.illum == 5 || mtl.illum == 7;
-  WhittedSurface material;
-  material.diffuse = mtl.kd * opacity;
-  // A colour of 0 under a texture, as many exporters write, would be black without it.
-  if (material.diffuse.is_black() && mtl.has_texture) material.diffuse = Rgb{0.6F, 0.6F, 0.6F} * opacity;
-  if (mtl.illum > 1) material.specular = mtl.ks;
-  material.shininess = mtl.ns;
-  if (mtl.illum >= 3 && mtl.illum <= 7) material.reflect = mtl.ks;
-  material.transmit = Rgb{1, 1, 1} * (1 - opacity);
+  WhittedSurface surface;
+  surface.diffuse = kd * opacity;
+  if (mtl.illum > 1) surface.specular = mtl.ks;
+  surface.shininess = mtl.ns;
+  if (mtl.illum >= 3 && mtl.illum <= 7) surface.reflect = mtl.ks;
+  surface.transmit = Rgb{1, 1, 1} * (1 - opacity);
   if (mtl.tf) {
-    if (mtl.refracts()) material.transmit = material.transmit + not_reflected(mtl.ks) * opacity;
-    if (material.transmit.is_black()) notes.add("Tf without illum 6 or 7, or a d below 1, has no effect", mtl.tf_line);
-    material.transmit = material.transmit * *mtl.tf;
+    if (mtl.refracts()) surface.transmit = surface.transmit + not_reflected(mtl.ks) * opacity;
+    if (surface.transmit.is_black()) notes.add("Tf without illum 6 or 7, or a d below 1, has no effect", mtl.tf_line);
+    surface.transmit = surface.transmit * *mtl.tf;
   }
-  if (mtl.refracts() || has_fresnel) material.ior = mtl.ni;
+  if (mtl.refracts() || has_fresnel) surface.ior = mtl.ni;
   // Between media of one index nothing is reflected; MTL's own formula starts from Ks.
-  material.fresnel = has_fresnel && mtl.ni != 1;
-  if (has_fresnel && !material.fresnel)
+  surface.fresnel = has_fresnel && mtl.ni != 1;
+  if (has_fresnel && !surface.fresnel)
     notes.add("illum 5 or 7 without an Ni other than 1 reflects as 3 or 6", mtl.line);
+  return surface;
+}
+
+/// Of which Phong's highlight looks alike, where no roughness is given: α² = 2 / (n + 2) (Walter et al. 2007).
+float roughness_of(float shininess) { return std::sqrt(std::sqrt(2 / (shininess + 2))); }
+
+/// The extension says nothing of how sheen is spread.
+constexpr float kSheenRoughness = 0.5F;
+
+template <typename HasMap>
+Surface to_physical(const MtlMaterial& mtl, Rgb base_color, const HasMap& has_map) {
+  Layered surface;
+  surface.base_color = base_color;
+  surface.metallic = under_map(mtl.pm, has_map(TextureSlot::metallic));
+  surface.roughness = mtl.pr || has_map(TextureSlot::roughness) ? under_map(mtl.pr, has_map(TextureSlot::roughness))
+                                                                : roughness_of(mtl.ns);
+  const float sheen = under_map(mtl.ps, has_map(TextureSlot::sheen_color));
+  surface.sheen_color = {sheen, sheen, sheen};
+  surface.sheen_roughness = kSheenRoughness;
+  surface.clearcoat = under_map(mtl.pc, has_map(TextureSlot::clearcoat));
+  surface.clearcoat_roughness = under_map(mtl.pcr, has_map(TextureSlot::clearcoat_roughness));
+  if (mtl.refracts() && mtl.tf) {
+    surface.transmission = std::min(static_cast<float>(mean(*mtl.tf)), 1.0F);
+    surface.thin = false;
+    surface.ior = std::max(mtl.ni, 1.0F);
+  }
+  if (sheen > 0 || surface.clearcoat > 0 || surface.transmission > 0) return surface;
+  return MetallicRoughness{surface.base_color, surface.metallic, surface.roughness};
+}
+
+/// With the textures that can be had.
+Material to_material(const MtlMaterial& mtl, std::vector<TextureUse> uses, ImportNotes& notes) {
   if (mtl.d && mtl.tr && std::abs(*mtl.d - (1 - *mtl.tr)) > 0.01F) notes.add("Tr isn't 1 - d: d is used", mtl.line);
+  Material material;
+  material.textures = std::move(uses);
+  const auto has_map = [&](TextureSlot slot) { return has_texture(material, slot); };
+  Rgb kd = under_map(mtl.kd, has_map(TextureSlot::base_color));
+  // Where the texture isn't there, what is under it is seen.
+  if (kd.is_black() && mtl.names_kd_map) kd = {0.6F, 0.6F, 0.6F};
+  material.emission = under_map(mtl.ke, has_map(TextureSlot::emission));
+  material.emits_both_sides = !material.emission.is_black();
+  const bool has_alpha_map = has_map(TextureSlot::alpha);
+  if (has_alpha_map || mtl.is_physical) material.alpha = under_map(mtl.opacity(), has_alpha_map);
+  if (mtl.is_physical) {
+    material.surface = to_physical(mtl, kd, has_map);
+  } else {
+    material.surface = to_whitted(mtl, kd, has_alpha_map, notes);
+  }
   return material;
 }
 
@@ -289,6 +378,14 @@ std::string_view trimmed(std::string_view text) {
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
+
+MtlLibraries::MtlLibraries(const CompanionSource& companions, std::uint64_t texture_bytes, std::stop_token stop)
+    : companions_(companions),
+      stop_(std::move(stop)),
+      search_([this](const std::string& name) { return load_file(name); }),
+      textures_(companions, texture_bytes, stop_) {}
+
+MtlLibraries::~MtlLibraries() = default;
 
 bool MtlLibraries::load(std::string_view arguments) {
   can_read_all_ = true;
@@ -310,19 +407,30 @@ bool MtlLibraries::load_file(const std::string& name) {
   return true;
 }
 
-void MtlLibraries::load_text(std::string text, std::string_view name) {
-  ImportNotes notes(name);
-  const std::vector<MtlMaterial> loaded = MtlReader(std::move(text), name, notes, stop_).read();
-  for (const MtlMaterial& mtl : loaded) {
-    const bool is_new = by_name_.emplace(mtl.name, static_cast<std::uint32_t>(materials.size())).second;
-    if (is_new) {
-      materials.push_back({to_surface(mtl, notes)});
-    } else {
-      notes.add("A material whose name is taken was ignored", mtl.line);
+void MtlLibraries::load_text(std::string text, const std::string& name) {
+  auto library = std::make_unique<Library>(Library{name, ImportNotes(name), {}});
+  library->materials = MtlReader(std::move(text), library->name, textures_, library->notes, stop_).read();
+  std::erase_if(library->materials, [&](const MtlMaterial& mtl) {
+    const bool is_new = by_name_.emplace(mtl.name, static_cast<std::uint32_t>(by_name_.size())).second;
+    if (!is_new) library->notes.add("A material whose name is taken was ignored", mtl.line);
+    return !is_new;
+  });
+  libraries_.push_back(std::move(library));
+}
+
+void MtlLibraries::finish(const std::set<std::uint32_t>& used) {
+  for (const auto& library : libraries_) {
+    for (const MtlMaterial& mtl : library->materials) {
+      std::vector<TextureUse> uses;
+      if (used.contains(static_cast<std::uint32_t>(materials.size())))
+        for (const MtlMap& map : mtl.maps)
+          if (const auto use = textures_.use(map, library->notes)) uses.push_back(*use);
+      materials.push_back(to_material(mtl, std::move(uses), library->notes));
     }
+    const std::vector<SceneWarning> noted = library->notes.warnings();
+    warnings.insert(warnings.end(), noted.begin(), noted.end());
   }
-  const std::vector<SceneWarning> noted = notes.warnings();
-  warnings.insert(warnings.end(), noted.begin(), noted.end());
+  textures = textures_.take();
 }
 
 std::optional<std::uint32_t> MtlLibraries::find(std::string_view name) const {

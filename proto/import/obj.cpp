@@ -1,14 +1,18 @@
 #include "proto/import/obj.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
+#include "core/io/display_curve.h"
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
 #include "proto/import/mtl.h"
@@ -64,14 +68,17 @@ constexpr const char* kNoVertex = "A face that names a vertex that isn't there w
 constexpr const char* kNoNumbers = "A vertex without three numbers costs the faces that use it";
 constexpr const char* kUnusedIndex = "The index of a normal or a texture coordinate that isn't there was ignored";
 
+constexpr std::array<float, 4> kWhite{1, 1, 1, 1};
+
 class ObjReader {
  public:
-  ObjReader(std::string text, std::string_view file_name, const CompanionSource& companions, std::stop_token stop)
+  ObjReader(std::string text, std::string_view file_name, const CompanionSource& companions,
+            std::uint64_t texture_bytes, std::stop_token stop)
       : steps_(std::move(stop)),
         text_(std::move(text), file_name, steps_),
         file_name_(file_name),
         notes_(file_name),
-        libraries_(companions, steps_.stop()) {}
+        libraries_(companions, texture_bytes, steps_.stop()) {}
 
   Imported read() {
     while (text_.next()) {
@@ -106,7 +113,7 @@ class ObjReader {
     } else if (keyword == "vn") {
       read_normal(words);
     } else if (keyword == "vt") {
-      ++texcoords_;
+      read_texcoord(words);
     } else if (keyword == "f") {
       add_face(arguments);
     } else if (keyword == "s") {
@@ -145,18 +152,51 @@ class ObjReader {
   void read_position(TextCursor& words) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     const std::optional<Vec3> position = read_vector(words);
-    positions_.push_back(position.value_or(Vec3{kNone, kNone, kNone}));
+    vertices_.positions.push_back(position.value_or(Vec3{kNone, kNone, kNone}));
     if (!position) {
       lose(kNoNumbers, text_.line(),
            words.ahead().empty() ? "Three numbers are expected here" : "A number is expected here");
     } else if (!words.ahead().empty()) {
-      notes_.add("What follows x y z (a weight, or a colour) is ignored", text_.line());
+      read_color(words);
     }
+    if (!vertices_.colors.empty()) vertices_.colors.resize(vertices_.positions.size(), kWhite);
+  }
+
+  /// After a position. What programs write there is what they show.
+  void read_color(TextCursor& words) {
+    std::array<float, 4> color = kWhite;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::optional<float> number = next_float(words);
+      if (!number) return notes_.add("What follows x y z, and is no colour, is ignored", text_.line());
+      color[i] = *number;
+    }
+    brightest_ = std::max({brightest_, color[0], color[1], color[2]});
+    if (!words.ahead().empty()) notes_.add("What follows x y z r g b is ignored", text_.line());
+    vertices_.colors.resize(vertices_.positions.size(), kWhite);
+    vertices_.colors.back() = color;
+  }
+
+  /// As they were written, 1 or 255 is the brightest; what isn't a number is black.
+  void make_colors_linear() {
+    const bool are_bytes = brightest_ > 1;
+    if (are_bytes) notes_.add("Colours of vertices go beyond 1: 255 is taken for the brightest");
+    for (std::array<float, 4>& color : vertices_.colors) {
+      if (color == kWhite) continue;  // as those without one
+      for (std::size_t i = 0; i < 3; ++i) color[i] = light_of_encoded(are_bytes ? color[i] / 255.0 : color[i]);
+    }
+  }
+
+  void read_texcoord(TextCursor& words) {
+    const std::optional<float> u = next_float(words);
+    const std::optional<float> v = words.ahead().empty() ? 0.0F : next_float(words);
+    const bool is_usable = u && v && std::isfinite(*u) && std::isfinite(*v);
+    if (!is_usable) notes_.add("A texture coordinate without two numbers counts as 0 0", text_.line());
+    vertices_.texcoords.push_back(is_usable ? Vec2{*u, 1 - *v} : Vec2{0, 1});
   }
 
   void read_normal(TextCursor& words) {
     const std::optional<Vec3> normal = read_vector(words);
-    normals_.push_back(normal.value_or(Vec3{}));
+    vertices_.normals.push_back(normal.value_or(Vec3{}));
     if (!normal) notes_.add("A normal without three numbers has no direction", text_.line());
   }
 
@@ -190,12 +230,13 @@ class ObjReader {
     if (!names_vertices()) return;
     ObjFaces& faces = current_faces();
     for (const WrittenCorner& corner : written_) {
-      const std::uint32_t position = from_zero(corner.position, positions_.size());
-      if (position >= positions_.size() &&
+      const std::uint32_t position = from_zero(corner.position, vertices_.positions.size());
+      if (position >= vertices_.positions.size() &&
           (forward_.empty() || forward_.back().line != text_.line() || forward_.back().position < position))
         forward_.push_back({position, text_.line()});
-      faces.corners.push_back({position, normal_of(corner)});
-      note_texcoord(corner);
+      if (corner.has_zero) notes_.add(kUnusedIndex, text_.line());
+      faces.corners.push_back({position, optional_index(corner.normal, vertices_.normals.size()),
+                               optional_index(corner.texcoord, vertices_.texcoords.size())});
     }
     faces.sizes.push_back(static_cast<std::uint32_t>(written_.size()));
     faces.smoothing_groups.push_back(smoothing_group_);
@@ -204,8 +245,9 @@ class ObjReader {
   /// Whether no corner names vertex 0 or one before the first; those that aren't there yet may come.
   bool names_vertices() {
     for (const WrittenCorner& corner : written_) {
-      if (corner.position > 0 || (corner.position < 0 && is_there(corner.position, positions_.size()))) continue;
-      const std::string count = std::to_string(positions_.size());
+      if (corner.position > 0 || (corner.position < 0 && is_there(corner.position, vertices_.positions.size())))
+        continue;
+      const std::string count = std::to_string(vertices_.positions.size());
       lose(kNoVertex, text_.line(),
            corner.position == 0
                ? "Vertex 0 is out of range: vertices are counted from 1"
@@ -222,17 +264,11 @@ class ObjReader {
     return static_cast<std::uint32_t>(index > 0 ? index - 1 : static_cast<std::int64_t>(count) + index);
   }
 
-  std::uint32_t normal_of(const WrittenCorner& corner) {
-    const bool is_lost = corner.normal < 0 && !is_there(corner.normal, normals_.size());
-    if (is_lost || corner.has_zero) notes_.add(kUnusedIndex, text_.line());
-    return corner.normal == 0 || is_lost ? ObjCorner::kNoNormal : from_zero(corner.normal, normals_.size());
-  }
-
-  /// Texture coordinates aren't used: of those that come later only the last needs to be known.
-  void note_texcoord(const WrittenCorner& corner) {
-    if (corner.texcoord < 0 && !is_there(corner.texcoord, texcoords_)) notes_.add(kUnusedIndex, text_.line());
-    if (corner.texcoord <= 0 || static_cast<std::size_t>(corner.texcoord) <= last_texcoord_.index) return;
-    last_texcoord_ = {static_cast<std::size_t>(corner.texcoord), text_.line()};
+  /// Of a normal or a texture coordinate, of which there are `count` so far.
+  std::uint32_t optional_index(std::int32_t index, std::size_t count) {
+    const bool is_lost = index < 0 && !is_there(index, count);
+    if (is_lost) notes_.add(kUnusedIndex, text_.line());
+    return index == 0 || is_lost ? ObjCorner::kNone : from_zero(index, count);
   }
 
   ObjFaces& current_faces() {
@@ -252,23 +288,27 @@ class ObjReader {
   void check_forward_references() {
     std::size_t last_line = 0;
     for (const ForwardReference& reference : forward_) {
-      if (reference.position < positions_.size() || reference.line == last_line) continue;
+      if (reference.position < vertices_.positions.size() || reference.line == last_line) continue;
       last_line = reference.line;
       lose(kNoVertex, reference.line,
            "Vertex " + std::to_string(reference.position + 1ULL) + " is out of range: the file has " +
-               std::to_string(positions_.size()));
+               std::to_string(vertices_.positions.size()));
     }
     if (last_line != 0) {
       for (Part& part : parts_) drop_faces_without_vertices(part.faces);
     }
-    if (last_texcoord_.index > texcoords_) notes_.add(kUnusedIndex, last_texcoord_.line);
     for (Part& part : parts_) {
       for (ObjCorner& corner : part.faces.corners) {
-        if (corner.normal == ObjCorner::kNoNormal || corner.normal < normals_.size()) continue;
-        corner.normal = ObjCorner::kNoNormal;
-        notes_.add(kUnusedIndex, part.faces.line);
+        forget_if_missing(corner.normal, vertices_.normals.size(), part.faces.line);
+        forget_if_missing(corner.texcoord, vertices_.texcoords.size(), part.faces.line);
       }
     }
+  }
+
+  void forget_if_missing(std::uint32_t& index, std::size_t count, std::size_t line) {
+    if (index == ObjCorner::kNone || index < count) return;
+    index = ObjCorner::kNone;
+    notes_.add(kUnusedIndex, line);
   }
 
   void drop_faces_without_vertices(ObjFaces& faces) const {
@@ -277,7 +317,7 @@ class ObjReader {
     for (std::size_t i = 0; i < faces.sizes.size(); ++i) {
       const std::span corners(next, faces.sizes[i]);
       next += corners.size();
-      if (!std::ranges::all_of(corners, [&](ObjCorner c) { return c.position < positions_.size(); })) continue;
+      if (!std::ranges::all_of(corners, [&](ObjCorner c) { return c.position < vertices_.positions.size(); })) continue;
       kept.corners.insert(kept.corners.end(), corners.begin(), corners.end());
       kept.sizes.push_back(faces.sizes[i]);
       kept.smoothing_groups.push_back(faces.smoothing_groups[i]);
@@ -303,13 +343,21 @@ class ObjReader {
     for (Part& part : parts_) meshes.push_back(&part.faces);
     std::vector<std::optional<std::uint32_t>> materials(names_.size());
     for (const auto& [name, number] : names_) materials[number] = libraries_.find(name);
-    complete_normals(meshes, positions_, normals_, steps_);
+    std::set<std::uint32_t> used;
+    for (const Part& part : parts_)
+      if (const auto material = materials[part.material]) used.insert(*material);
+    libraries_.finish(used);
+    make_colors_linear();
+    complete_normals(meshes, vertices_.positions, vertices_.normals, steps_);
     Imported result;
-    ObjMeshMaker maker(positions_, normals_, notes_, steps_);
+    ObjMeshMaker maker(vertices_, notes_, steps_);
     for (Part& part : parts_) {
       const ObjFaces faces = std::exchange(part.faces, {});
-      TriangleMesh mesh = maker.make(faces);
-      if (!mesh.triangles.empty()) result.parts.push_back({std::move(mesh), materials.at(part.material)});
+      const std::optional<std::uint32_t> material = materials[part.material];
+      TriangleMesh mesh = maker.make(faces, material && !libraries_.materials[*material].textures.empty());
+      if (mesh.triangles.empty()) continue;
+      const bool has_colors = mesh.attributes && !mesh.attributes->colors.empty();
+      result.parts.push_back({std::move(mesh), has_colors ? colored(material) : material});
     }
     if (result.parts.empty()) {
       notes_.add("The file has no triangles");
@@ -318,9 +366,22 @@ class ObjReader {
       note_unknown_materials();
     }
     result.materials = std::move(libraries_.materials);
+    result.textures = std::move(libraries_.textures);
     result.warnings = notes_.warnings();
     result.warnings.insert(result.warnings.end(), libraries_.warnings.begin(), libraries_.warnings.end());
     return result;
+  }
+
+  /// The material, or a white one, that the colours of vertices tint.
+  std::uint32_t colored(std::optional<std::uint32_t> material) {
+    std::vector<Material>& materials = libraries_.materials;
+    const auto [known, is_new] = colored_.try_emplace(material, static_cast<std::uint32_t>(materials.size()));
+    if (is_new) {
+      Material copy = material ? materials[*material] : Material{.surface = Diffuse{{1, 1, 1}}};
+      copy.has_vertex_colors = true;
+      materials.push_back(std::move(copy));
+    }
+    return known->second;
   }
 
   /// Nothing is left of the file's faces.
@@ -336,11 +397,8 @@ class ObjReader {
   std::string_view file_name_;
   ImportNotes notes_;
   MtlLibraries libraries_;
-  std::vector<Vec3> positions_, normals_;
-  std::size_t texcoords_ = 0;
-  struct {
-    std::size_t index, line;
-  } last_texcoord_{0, 0};  ///< The largest index from 1 that a corner names.
+  ObjVertices vertices_;
+  float brightest_ = 0;  ///< Of the colours of vertices.
   std::uint32_t smoothing_group_ = 0;
   bool has_faces_ = false;  ///< Whether there is a face, usable or not.
   std::map<std::string, std::uint32_t, std::less<>> names_{{"", 0}};
@@ -352,13 +410,14 @@ class ObjReader {
   std::vector<WrittenCorner> written_;       ///< Of the face that is being read.
   std::vector<ForwardReference> forward_;    ///< To vertices that weren't there at their line.
   std::vector<FieldError> errors_;
+  std::map<std::optional<std::uint32_t>, std::uint32_t> colored_;  ///< Copies of materials, by these.
 };
 
 }  // namespace
 
 Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions,
-                    std::stop_token stop) {
-  return ObjReader(std::move(text), file_name, companions, std::move(stop)).read();
+                    std::stop_token stop, const ImportOptions&, std::uint64_t texture_bytes) {
+  return ObjReader(std::move(text), file_name, companions, texture_bytes, std::move(stop)).read();
 }
 
 }  // namespace tessera::proto

@@ -17,7 +17,7 @@ namespace {
 using Key = std::uint64_t;
 Key key(std::uint32_t group, std::uint32_t position) { return Key{group} << 32 | position; }
 
-bool has_normal(ObjCorner corner) { return corner.normal != ObjCorner::kNoNormal; }
+bool has_normal(ObjCorner corner) { return corner.normal != ObjCorner::kNone; }
 
 /// Calls `visit(corners, smoothing_group)` for every face.
 template <typename Visit>

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "core/geometry/triangle_mesh.h"
@@ -11,11 +13,20 @@
 
 namespace tessera::proto {
 
-/// A corner of an OBJ face: indices into the file's positions and normals.
+/// A corner of an OBJ face: indices into the file's positions, normals and texture coordinates.
 struct ObjCorner {
-  static constexpr std::uint32_t kNoNormal = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t position;
-  std::uint32_t normal = kNoNormal;
+  std::uint32_t normal = kNone, texcoord = kNone;
+
+  bool operator==(const ObjCorner&) const = default;
+};
+
+/// What an OBJ file says of vertices.
+struct ObjVertices {
+  std::vector<Vec3> positions, normals;
+  std::vector<Vec2> texcoords;               ///< As `MeshAttributes` has them.
+  std::vector<std::array<float, 4>> colors;  ///< As `MeshAttributes` has them, of the positions; empty if none has one.
 };
 
 /// The faces of an OBJ file that become one mesh.
@@ -29,20 +40,21 @@ struct ObjFaces {
 /// Makes meshes of faces, whose indices must be in range.
 class ObjMeshMaker {
  public:
-  ObjMeshMaker(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals, ImportNotes& notes, Steps& steps)
-      : positions_(positions), normals_(normals), notes_(notes), steps_(steps), newest_(positions.size(), kNone) {}
+  ObjMeshMaker(const ObjVertices& file, ImportNotes& notes, Steps& steps)
+      : file_(file), notes_(notes), steps_(steps), newest_(file.positions.size(), kNone) {}
 
-  /// A vertex for every position, or for every pair of position and normal: all corners have one, or none. Polygons cut
-  /// into triangles; nothing left that can't be rendered.
-  TriangleMesh make(const ObjFaces& faces);
+  /// A vertex for every combination of what corners name, of texture coordinates only where they are wanted: of normals
+  /// all corners have one, or none. Colours where one isn't white. Polygons cut into triangles; nothing left that can't
+  /// be rendered.
+  TriangleMesh make(const ObjFaces& faces, bool has_textures);
 
  private:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t vertex(ObjCorner corner, TriangleMesh& mesh);
+  std::shared_ptr<const MeshAttributes> attributes(bool has_texcoords) const;
 
-  const std::vector<Vec3>& positions_;
-  const std::vector<Vec3>& normals_;
+  const ObjVertices& file_;
   ImportNotes& notes_;
   Steps& steps_;
 

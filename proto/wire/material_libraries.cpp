@@ -9,7 +9,6 @@
 namespace tessera::proto {
 namespace {
 
-constexpr std::string_view kKeyword = "mtllib";
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::string_view kBlanks = " \t\v\f\r\n";
 
@@ -40,6 +39,8 @@ bool ends_a_name(std::string_view word) {
   return word.size() >= kEnding.size() && equals_in_any_case(word.substr(word.size() - kEnding.size()), kEnding);
 }
 
+}  // namespace
+
 std::string with_slashes(std::string_view name) {
   std::string path;
   for (std::size_t i = 0; i < name.size(); ++i) {
@@ -52,11 +53,9 @@ std::string with_slashes(std::string_view name) {
   return path;
 }
 
-}  // namespace
+bool is_mtllib(std::string_view keyword) { return equals_in_any_case(keyword, kLibraryKeywords[0]); }
 
-bool is_mtllib(std::string_view keyword) { return equals_in_any_case(keyword, kKeyword); }
-
-void MtllibScanner::feed(std::string_view piece) {
+void StatementScanner::feed(std::string_view piece) {
   while (!piece.empty()) {
     if (std::exchange(is_after_cr_, false) && piece.front() == '\n') {
       if (place_ == Place::statement) statement_ += ' ';
@@ -71,7 +70,7 @@ void MtllibScanner::feed(std::string_view piece) {
 }
 
 /// Passes over what is no statement of ours, to the line's end or the piece's; says how much that is.
-std::size_t MtllibScanner::take_rest(std::string_view piece) {
+std::size_t StatementScanner::take_rest(std::string_view piece) {
   const void* const line_feed = std::memchr(piece.data(), '\n', piece.size());
   if (line_feed) piece = piece.substr(0, static_cast<std::size_t>(static_cast<const char*>(line_feed) - piece.data()));
   const void* const cr = std::memchr(piece.data(), '\r', piece.size());
@@ -86,7 +85,7 @@ std::size_t MtllibScanner::take_rest(std::string_view piece) {
   return piece.size();
 }
 
-void MtllibScanner::take(char c) {
+void StatementScanner::take(char c) {
   if (passed_ < kByteOrderMark.size() && c == kByteOrderMark[passed_]) {
     ++passed_;
     return;
@@ -104,17 +103,26 @@ void MtllibScanner::take(char c) {
     is_comment_ = c == '#' && !is_continued_ && !has_backslash_;
     place_ = has_backslash_ ? Place::rest : Place::statement;
   }
-  const std::size_t length = statement_.size();
-  const bool may_be_ours = length < kKeyword.size() ? lower_case(c) == kKeyword[length] : length < kLongestStatement;
-  if (may_be_ours) {
-    statement_ += c;
-  } else {
-    if (length < kKeyword.size()) statement_.clear();
-    place_ = Place::rest;
-  }
+  if (place_ == Place::statement) take_of_statement(c);
 }
 
-void MtllibScanner::end_line() {
+void StatementScanner::take_of_statement(char c) {
+  const std::size_t length = statement_.size();
+  const auto goes_on = [&](std::string_view keyword) {
+    return length < keyword.size() && keyword[length] == lower_case(c) &&
+           equals_in_any_case(statement_, keyword.substr(0, length));
+  };
+  const bool may_be_ours = is_ours_ ? length < kLongestStatement : std::ranges::any_of(keywords_, goes_on);
+  if (!may_be_ours) {
+    if (!is_ours_) statement_.clear();
+    place_ = Place::rest;
+    return;
+  }
+  statement_ += c;
+  is_ours_ |= is_keyword(statement_);
+}
+
+void StatementScanner::end_line() {
   const bool continues = last_ == '\\' && !is_comment_;
   last_ = '\0';
   if (!continues) return end_statement();
@@ -125,15 +133,20 @@ void MtllibScanner::end_line() {
   statement_ += ' ';
 }
 
-void MtllibScanner::end_statement() {
+void StatementScanner::end_statement() {
   const std::size_t end = std::min(statement_.find_first_of(kBlanks), statement_.size());
-  if (is_mtllib(std::string_view(statement_).substr(0, end))) tell_(std::string_view(statement_).substr(end));
+  const std::string_view keyword = std::string_view(statement_).substr(0, end);
+  if (is_keyword(keyword)) tell_(keyword, std::string_view(statement_).substr(end));
   statement_.clear();
   place_ = Place::start;
-  is_comment_ = is_continued_ = has_backslash_ = false;
+  is_ours_ = is_comment_ = is_continued_ = has_backslash_ = false;
 }
 
-void MtllibScanner::finish() { end_statement(); }
+bool StatementScanner::is_keyword(std::string_view word) const {
+  return std::ranges::any_of(keywords_, [&](std::string_view keyword) { return equals_in_any_case(word, keyword); });
+}
+
+void StatementScanner::finish() { end_statement(); }
 
 bool LibrarySearch::look_for(std::string_view arguments) {
   arguments = trimmed(arguments);
@@ -194,20 +207,21 @@ std::size_t LibrarySearch::take_words(std::string_view arguments, const Word* be
 bool LibrarySearch::take_as_written(std::string_view name) {
   const std::string path = with_slashes(name);
   // The plain form first, so that a library that is named in two ways is taken once.
-  return take(std::filesystem::path(path).lexically_normal().generic_string()) || take(path) || take(std::string(name));
+  return names_.take(std::filesystem::path(path).lexically_normal().generic_string()) || names_.take(path) ||
+         names_.take(std::string(name));
 }
 
 bool LibrarySearch::take_without_folders(std::string_view name) {
   const std::string path = with_slashes(name);
-  return take(path.substr(path.rfind('/') + 1));  // npos + 1 is 0.
+  return names_.take(path.substr(path.rfind('/') + 1));  // npos + 1 is 0.
 }
 
-bool LibrarySearch::take(const std::string& name) {
+bool AskedNames::take(const std::string& name) {
   if (name.empty() || name.size() > kLongestName) return false;
-  const auto known = looked_for_.find(name);
-  if (known != looked_for_.end()) return known->second;
-  if (looked_for_.size() >= kMostNames) return false;
-  return looked_for_[name] = take_(name);
+  const auto known = asked_.find(name);
+  if (known != asked_.end()) return known->second;
+  if (asked_.size() >= most_) return false;
+  return asked_[name] = take_(name);
 }
 
 }  // namespace tessera::proto

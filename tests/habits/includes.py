@@ -9,7 +9,10 @@ MAY_INCLUDE = {
     "core": [],
     "proto/wire": [],
     # Readers of files stand below what reads documents, which calls them.
-    "proto/import": ["proto/wire", "core/math", "core/geometry", "core/scene", "core/io/read_environment.h"],
+    "proto/import": [
+        "proto/wire", "core/math", "core/geometry", "core/scene", "core/io/display_curve.h", "core/io/image_header.h",
+        "core/io/read_environment.h", "core/io/read_texture.h",
+    ],
     # Scene types, and tables of which names and options are the wire's; and which integrator a scene takes.
     "proto": [
         "proto/wire", "proto/import", "core/math", "core/geometry", "core/bounds", "core/scene",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -33,6 +34,17 @@ inline std::string fault_of_import(const proto::Imported& imported, std::size_t 
     if (mesh->triangles.empty()) return "a mesh without triangles";
     if (!mesh->normals.empty() && mesh->normals.size() != mesh->positions.size()) return "a normal too many or few";
     heap += mesh->positions.size() * 24 + mesh->triangles.size() * 12;
+    if (mesh->attributes) {
+      const MeshAttributes& has = *mesh->attributes;
+      heap += memory_bytes(has);
+      for (const std::size_t count : {has.uvs[0].size(), has.uvs[1].size(), has.tangents.size(), has.colors.size()})
+        if (count != 0 && count != mesh->positions.size()) return "an attribute too many or few";
+      for (const Vec2 uv : has.uvs[0])
+        if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) return "a texture coordinate that isn't finite";
+      for (const auto& color : has.colors)
+        for (const float c : color)
+          if (!(c >= 0 && c <= 1)) return "a colour beyond 0 to 1";
+    }
     for (const TriangleIndices& t : mesh->triangles) {
       for (const std::uint32_t corner : t) {
         if (corner >= mesh->positions.size()) return "an index out of range";
@@ -42,6 +54,8 @@ inline std::string fault_of_import(const proto::Imported& imported, std::size_t 
     }
   }
   for (const Material& material : imported.materials) {
+    for (const TextureUse& use : material.textures)
+      if (use.texture >= imported.textures.size() || use.channel > 3) return "a texture out of range";
     const auto* whitted = std::get_if<WhittedSurface>(&material.surface);
     if (!whitted) continue;
     const WhittedSurface& m = *whitted;

@@ -57,6 +57,41 @@ TEST_F(SceneFiles, BringsTheMaterialLibrariesOfAnObj) {
   EXPECT_EQ(found.to_upload.size(), 3U);
 }
 
+TEST_F(SceneFiles, BringsTheTexturesThatLibrariesName) {
+  write("mesh/cube.obj", "mtllib sub/one.mtl\n# mtllib no.mtl\n");
+  write("mesh/sub/one.mtl",
+        "newmtl a\nmap_Kd -s 2 2 2 Wood.PNG\n# map_Kd no.png\nbump -bm 0.5 ..\\rough \\\n stone.png\nmap_Ka no.png\n"
+        "map_Kd missing.png\nmap_Kd ../../../secret.png\nmap_d one.mtl.png");
+  write("mesh/no.mtl", "map_Kd no2.png\n");
+  for (const char* name : {"mesh/sub/wood.png", "mesh/rough    stone.png", "mesh/sub/no.png", "mesh/no2.png",
+                           "mesh/no.png", "mesh/sub/one.mtl.png", "mesh/sub/unnamed.png"})
+    write(name, name);
+  json document = file_object("mesh/cube.obj");
+  const NamedFiles found = name_files_by_content(document, {.folder = folder_});
+  document["companions"].erase("sub/one.mtl");
+  EXPECT_EQ(document["companions"], json({{"sub/Wood.PNG", proto::content_hash("mesh/sub/wood.png")},
+                                          {"rough    stone.png", proto::content_hash("mesh/rough    stone.png")},
+                                          {"sub/one.mtl.png", proto::content_hash("mesh/sub/one.mtl.png")}}));
+  EXPECT_EQ(found.to_upload.size(), 5U);
+  EXPECT_TRUE(found.notes.empty());
+}
+
+TEST_F(SceneFiles, LeavesTexturesOutsideTheFolder) {
+  const auto secret = write("secret.png", "secret");
+  write("in/a.obj", "mtllib a.mtl\n");
+  write("in/a.mtl", "newmtl a\nmap_Kd ../secret.png\nmap_Ke " + secret.string() + "\nmap_d link.png\n");
+  std::filesystem::create_symlink(secret, folder_ / "in/link.png");
+  json document = file_object("a.obj");
+  NamedFiles found = name_files_by_content(document, {.folder = folder_ / "in"});
+  EXPECT_EQ(document["companions"].size(), 1U);
+  ASSERT_EQ(found.notes.size(), 3U);
+  EXPECT_EQ(found.notes[0], "the texture " + (folder_ / "in/../secret.png").string() +
+                                " lies outside the document's folder and isn't uploaded; --allow-outside lets it");
+  document = file_object("a.obj");
+  found = name_files_by_content(document, {.folder = folder_ / "in", .allow_outside = true});
+  EXPECT_EQ(document["companions"].size(), 4U);
+}
+
 TEST_F(SceneFiles, FindsMaterialLibrariesWhereverTheyStandInALargeObj) {
   write("one.mtl", "one");
   write("two.mtl", "two");

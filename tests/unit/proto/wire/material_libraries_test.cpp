@@ -15,14 +15,15 @@ using Names = std::vector<std::string>;
 /// What a scanner tells of `text` that comes in pieces of `size`.
 Names statements_in(const std::string& text, std::size_t size = std::string::npos) {
   Names statements;
-  MtllibScanner scanner([&](std::string_view arguments) { statements.emplace_back(arguments); });
+  StatementScanner scanner(kLibraryKeywords,
+                           [&](std::string_view, std::string_view arguments) { statements.emplace_back(arguments); });
   for (std::size_t at = 0; at < text.size(); at += std::min(size, text.size() - at))
     scanner.feed(std::string_view(text).substr(at, size));
   scanner.finish();
   return statements;
 }
 
-TEST(MtllibScanner, FindsStatementsWhereverPiecesEnd) {
+TEST(StatementScanner, FindsStatementsWhereverPiecesEnd) {
   const std::pair<std::string, Names> texts[] = {
       {"mtllib a.mtl\nv 0 0 0\nmtllib b.mtl", {" a.mtl", " b.mtl"}},
       {"\xEF\xBB\xBFmtllib a.mtl\n", {" a.mtl"}},
@@ -43,9 +44,10 @@ TEST(MtllibScanner, FindsStatementsWhereverPiecesEnd) {
       EXPECT_EQ(statements_in(text, size), statements) << text << ", by " << size;
 }
 
-TEST(MtllibScanner, HoldsNoLineThatIsNoneOfItsOwn) {
+TEST(StatementScanner, HoldsNoLineThatIsNoneOfItsOwn) {
   Names statements;
-  MtllibScanner scanner([&](std::string_view arguments) { statements.emplace_back(arguments); });
+  StatementScanner scanner(kLibraryKeywords,
+                           [&](std::string_view, std::string_view arguments) { statements.emplace_back(arguments); });
   const std::string piece(1 << 20, 'm');
   for (int i = 0; i < 3; ++i) scanner.feed(piece);
   scanner.feed("\nmtllib ");

@@ -49,12 +49,6 @@ struct MtlMaterial {
 
 namespace {
 
-std::string lower_case(std::string_view word) {
-  std::string lower(word);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower;
-}
-
 bool is_texture(std::string_view keyword) {
   return (keyword.starts_with("map_") && keyword != "map_aat") || keyword == "disp" || keyword == "decal" ||
          keyword == "refl";

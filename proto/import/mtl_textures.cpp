@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proto/import/numbers.h"
+#include "proto/import/obj_text.h"
 
 namespace tessera::proto {
 namespace {
@@ -25,12 +26,6 @@ constexpr std::array<std::pair<std::string_view, TextureSlot>, std::size(kTextur
     {"map_pc", TextureSlot::clearcoat},
     {"map_pcr", TextureSlot::clearcoat_roughness},
 }};
-
-std::string lower_case(std::string_view word) {
-  std::string lower(word);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower;
-}
 
 float number(std::string_view word, ImportNotes& notes, std::size_t line) {
   const auto value = parse_float(word);

@@ -1,6 +1,7 @@
 #include "proto/import/obj_text.h"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include "proto/import/broken_file.h"
@@ -86,6 +87,12 @@ bool ObjText::next() {
   ++line_;
   for (; next_joined_ < joined_.size() && joined_[next_joined_] < end; ++next_joined_) ++line_;
   return true;
+}
+
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
 }
 
 }  // namespace tessera::proto

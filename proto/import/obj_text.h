@@ -38,4 +38,7 @@ class ObjText {
   std::size_t next_joined_ = 0;
 };
 
+/// Of ASCII; other bytes stay.
+std::string lower_case(std::string_view word);
+
 }  // namespace tessera::proto

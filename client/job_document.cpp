@@ -85,7 +85,7 @@ json scene_around(const std::string& file, const std::string& format) {
 
 /// A file is what its content says. What can be read only once, as a pipe can, is a document.
 json document_of(const std::string& scene) {
-  constexpr const char* kKnown = "known are JSON documents, OBJ, PLY and NFF";
+  constexpr const char* kKnown = "known are JSON documents, OBJ, PLY, STL and NFF";
   using proto::FileKind;
   std::error_code ignored;
   const bool is_file = scene != kStandardInput && fs::is_regular_file(scene, ignored);

@@ -40,7 +40,7 @@ std::string lower_case(std::string text) {
 
 std::string format_by_ending(const fs::path& path) {
   const std::string ending = lower_case(path.extension().string());
-  return ending == ".obj" || ending == ".ply" || ending == ".nff" ? ending.substr(1) : "";
+  return ending == ".obj" || ending == ".ply" || ending == ".stl" || ending == ".nff" ? ending.substr(1) : "";
 }
 
 /// Finds files whose names differ from what was asked for in the case of letters.
@@ -144,7 +144,7 @@ class Walk {
       const std::string format = scene_file_format(*path, kind);
       if (format.empty()) {
         errors_.push_back(
-            {pointer, written + " is " + std::string(proto::description(kind)) + "; known are OBJ, PLY and NFF"});
+            {pointer, written + " is " + std::string(proto::description(kind)) + "; known are OBJ, PLY, STL and NFF"});
         return;
       }
       const std::string ending = format_by_ending(*path);
@@ -249,6 +249,9 @@ std::string scene_file_format(const fs::path& path, proto::FileKind kind) {
       return "obj";
     case proto::FileKind::ply:
       return "ply";
+    case proto::FileKind::stl_ascii:
+    case proto::FileKind::stl_binary:
+      return "stl";
     case proto::FileKind::nff:
       return "nff";
     case proto::FileKind::unknown:

@@ -45,8 +45,8 @@ struct NamedFiles {
 /// format isn't known, or one that can't be read.
 NamedFiles name_files_by_content(nlohmann::json& document, const SceneFolder& folder);
 
-/// "obj", "ply" or "nff" for such a file, by its kind, or for an unknown kind by the ending of its name, in any case.
-/// Empty when it is none of these.
+/// "obj", "ply", "stl" or "nff" for such a file, by its kind, or for an unknown kind by the ending of its name, in any
+/// case. Empty when it is none of these.
 std::string scene_file_format(const std::filesystem::path& path, proto::FileKind kind);
 
 }  // namespace tessera::client

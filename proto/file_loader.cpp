@@ -131,7 +131,7 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
     const auto format = path ? format_of(reference.name) : std::nullopt;
     if (!format) {
       fields.value().error(std::string("The format can't be told ") + (path ? "by the path's ending" : "of a blob") +
-                           "; add \"format\": \"obj\", \"ply\", \"nff\" or \"gltf\".");
+                           "; add \"format\": \"obj\", \"ply\", \"stl\", \"nff\" or \"gltf\".");
       return std::nullopt;
     }
     reference.format = *format;

@@ -45,7 +45,8 @@ void tell_warnings(const Session& session, const proto::JobStatus& job, const st
 }  // namespace
 
 void SceneArguments::add_to(CLI::App& command) {
-  command.add_option("SCENE", scene, "A scene or job document (.json), an .obj, .ply or .nff file, or - for stdin")
+  command
+      .add_option("SCENE", scene, "A scene or job document (.json), an .obj, .ply, .stl or .nff file, or - for stdin")
       ->required();
   command.add_option_function<std::string>(
       "--size",

@@ -14,6 +14,7 @@
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
 #include "proto/import/read_file.h"
+#include "proto/import/stl.h"
 #include "proto/wire/file_kind.h"
 #include "proto/wire/printable.h"
 
@@ -36,6 +37,8 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
       return import_obj(std::move(bytes), name, companions, stop, options, texture_bytes);
     case FileFormat::gltf:
       return import_gltf(bytes, name, companions, options, texture_bytes, stop);
+    case FileFormat::stl:
+      return import_stl(bytes, name, stop);
   }
   std::abort();
 }
@@ -57,6 +60,9 @@ std::optional<std::string> mistaken(const std::filesystem::path& path, FileForma
     case FileFormat::gltf:
       if (kind == FileKind::glb || kind == FileKind::json) return std::nullopt;  // JSON's own errors say more
       expected = FileKind::gltf;
+      break;
+    case FileFormat::stl:
+      expected = kind == FileKind::stl_ascii ? FileKind::stl_ascii : FileKind::stl_binary;
       break;
   }
   if (kind == FileKind::unknown || kind == expected) return std::nullopt;
@@ -82,7 +88,7 @@ Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
 
 std::span<const Choice<FileFormat>> file_format_names() {
   static constexpr Choice<FileFormat> table[] = {
-      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}, {"gltf", FileFormat::gltf}};
+      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}, {"gltf", FileFormat::gltf}, {"stl", FileFormat::stl}};
   return table;
 }
 

@@ -16,7 +16,7 @@
 
 namespace tessera::proto {
 
-enum class FileFormat { obj, ply, nff, gltf };
+enum class FileFormat { obj, ply, nff, gltf, stl };
 std::span<const Choice<FileFormat>> file_format_names();
 
 /// A shape from a file, with the material that the file gives it (into `Imported::materials`), if it does.

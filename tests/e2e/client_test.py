@@ -439,10 +439,10 @@ class Scenes(ClientTest):
 
     def test_files_of_other_kinds_are_called_what_they_are(self):
         self.write("scene.gltf", {"asset": {"version": "2.0"}})
-        self.write("cube.stl", "solid cube\nfacet normal 0 0 1\n")
-        for name, kind in (("scene.gltf", "a glTF file"), ("cube.stl", "an STL file")):
+        self.write("cube.off", "OFF\n8 6 0\n")
+        for name, kind in (("scene.gltf", "a glTF file"), ("cube.off", "an OFF file")):
             done = self.tessera("render", name, code=LOCAL_FILE)
-            self.assertEqual(done.stderr, f"tessera: {name} is {kind}; known are JSON documents, OBJ, PLY and NFF\n")
+            self.assertEqual(done.stderr, f"tessera: {name} is {kind}; known are JSON documents, OBJ, PLY, STL and NFF\n")
         done = self.tessera("render", "-", code=LOCAL_FILE, stdin="solid cube\nfacet normal 0 0 1\n")
         self.assertIn("tessera: standard input is an STL file; ", done.stderr)
         self.write("triangle.txt", RED_TRIANGLE)

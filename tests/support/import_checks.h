@@ -17,6 +17,7 @@
 #include "proto/import/nff.h"
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
+#include "proto/import/stl.h"
 
 namespace tessera {
 
@@ -107,6 +108,8 @@ inline std::string fault_of_reading(proto::FileFormat format, const std::string&
         return fault_of_import(proto::import_nff(bytes, kName), bytes.size());
       case proto::FileFormat::ply:
         return fault_of_import(proto::import_ply(bytes, kName), bytes.size());
+      case proto::FileFormat::stl:
+        return fault_of_import(proto::import_stl(bytes, kName), bytes.size());
       case proto::FileFormat::obj:
         return fault_of_import(proto::import_obj(bytes, kName, companions), bytes.size());
       case proto::FileFormat::gltf:

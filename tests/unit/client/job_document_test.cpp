@@ -128,12 +128,12 @@ TEST_F(JobDocument, GoesByContent) {
     } catch (const Failure& failure) {
       EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
       EXPECT_EQ(failure.what(),
-                (folder_ / name).string() + " is " + what + "; known are JSON documents, OBJ, PLY and NFF");
+                (folder_ / name).string() + " is " + what + "; known are JSON documents, OBJ, PLY, STL and NFF");
     }
   };
   told("scene.gltf", R"({"asset": {"version": "2.0"}, "scenes": []})", "a glTF file");
   told("scene.json", R"({"buffers": [")" + std::string(100000, 'A') + R"("], "accessors": []})", "a glTF file");
-  told("ascii.stl", "solid cube\nfacet normal 0 0 1\n", "an STL file");
+  told("a.off", "OFF\n3 1 0\n", "an OFF file");
   told("image.obj", "\x89PNG\r\n\x1A\n", "a PNG image");
   told("notes.txt", "hello\n", "a file of no kind that is known here");
   told("empty", "", "a file of no kind that is known here");

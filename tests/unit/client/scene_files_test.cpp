@@ -159,9 +159,9 @@ TEST_F(SceneFiles, RefusesFilesThatAreOfNoUse) {
   const json document{{"a/b", file_object("scene.gltf")}, {"c", {file_object("model.obj"), file_object("mesh.dat")}}};
   EXPECT_EQ(refusal(document, {.folder = folder_}),
             (std::vector<std::string>{
-                "/a~1b/path: scene.gltf is a glTF file; known are OBJ, PLY and NFF",
-                "/c/0/path: model.obj is a PNG image; known are OBJ, PLY and NFF",
-                "/c/1/path: mesh.dat is a file of no kind that is known here; known are OBJ, PLY and NFF"}));
+                "/a~1b/path: scene.gltf is a glTF file; known are OBJ, PLY, STL and NFF",
+                "/c/0/path: model.obj is a PNG image; known are OBJ, PLY, STL and NFF",
+                "/c/1/path: mesh.dat is a file of no kind that is known here; known are OBJ, PLY, STL and NFF"}));
 }
 
 TEST_F(SceneFiles, SendsNothingFromOutsideTheFolder) {

@@ -16,6 +16,7 @@ TEST(FormatOf, GoesByTheEndingInAnyCase) {
   EXPECT_EQ(format_of("a.obj"), FileFormat::obj);
   EXPECT_EQ(format_of("folder.ply/b.PLY"), FileFormat::ply);
   EXPECT_EQ(format_of(".nff"), FileFormat::nff);
+  EXPECT_EQ(format_of("part.STL"), FileFormat::stl);
   EXPECT_EQ(format_of("obj"), std::nullopt);
   EXPECT_EQ(format_of("a.obj.gz"), std::nullopt);
   EXPECT_EQ(format_of(""), std::nullopt);

@@ -100,6 +100,7 @@ void expect_no_faults(const std::string& target, FileFormat format) {
 TEST(ImportMutations, NffIsImportedOrRefused) { expect_no_faults("import_nff", FileFormat::nff); }
 TEST(ImportMutations, ObjIsImportedOrRefused) { expect_no_faults("import_obj", FileFormat::obj); }
 TEST(ImportMutations, PlyIsImportedOrRefused) { expect_no_faults("import_ply", FileFormat::ply); }
+TEST(ImportMutations, StlIsImportedOrRefused) { expect_no_faults("import_stl", FileFormat::stl); }
 
 }  // namespace
 }  // namespace tessera::proto

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <new>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -182,19 +183,24 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   loaded.identity = {reference.file.hash, reference.format, {}};
   std::vector<SourceFile> assets;  // That are read; blobs never change.
   if (!reference.companions) assets.push_back(reference.file);
+  std::set<std::string> without_folder;  // What was found so.
   const auto companion = [&](std::string_view name) -> std::optional<std::filesystem::path> {
-    std::optional<SourceFile> file;
     if (reference.companions) {
-      const auto given = reference.companions->find(std::string(name));
-      if (given != reference.companions->end()) file = given->second;
-    } else {
-      const std::filesystem::path path = std::filesystem::path(folder_of(reference.name)) / name;
-      const auto sibling = files_.asset(path.lexically_normal().generic_string(), stop_);
-      if (sibling) assets.push_back(*(file = *sibling));
+      auto given = reference.companions->find(std::string(name));
+      if (given == reference.companions->end()) {  // Forms are often sent without the files' folders.
+        given = reference.companions->find(std::filesystem::path(name).filename().generic_string());
+        if (given != reference.companions->end()) without_folder.emplace(name);
+      }
+      if (given == reference.companions->end()) return std::nullopt;
+      loaded.identity.companions.emplace(given->first, given->second.hash);
+      return given->second.path;
     }
-    if (!file) return std::nullopt;
-    loaded.identity.companions.emplace(name, file->hash);
-    return file->path;
+    const std::filesystem::path path = std::filesystem::path(folder_of(reference.name)) / name;
+    const auto sibling = files_.asset(path.lexically_normal().generic_string(), stop_);
+    if (!sibling) return std::nullopt;
+    assets.push_back(*sibling);
+    loaded.identity.companions.emplace(name, sibling->hash);
+    return sibling->path;
   };
   Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion, stop_,
                                           reference.options, builder_.bytes_left());
@@ -237,6 +243,9 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   }
   for (SceneWarning& warning : imported->warnings) builder_.warn(std::move(warning));
   if (loaded.parts.empty()) builder_.warn(reference.where, "The file holds no shapes, so nothing of it is seen.");
+  for (const std::string& name : without_folder)
+    builder_.warn(reference.where,
+                  "The file's " + in_quotes(name) + " is the companion of that name without its folders.");
   if (reference.companions) {
     for (const auto& [name, file] : *reference.companions) {
       if (!loaded.identity.companions.contains(name)) {

@@ -1,5 +1,6 @@
 """POST /v1/render: a file in, its picture out."""
 
+import base64
 import io
 import json
 import os
@@ -23,6 +24,26 @@ NFF += b"f 1 1 1 1 0 0 0 0\ns 0 0 0 0.5\n"
 # The same with a library, which makes it red.
 WITH_MTL = b"mtllib a.mtl\nusemtl red\n" + OBJ
 MTL = b"newmtl red\nKd 1 0 0\n"
+# The same as glTF, in two files, with a camera that sees it from behind.
+CORNERS = struct.pack("<12f", -1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
+GLTF = {
+    "asset": {"version": "2.0"},
+    "scene": 0,
+    "scenes": [{"nodes": [0, 1]}],
+    "nodes": [{"mesh": 0}, {"camera": 0, "rotation": [0, 1, 0, 0], "translation": [0, 0, -4]}],
+    "cameras": [{"name": "behind", "type": "perspective", "perspective": {"yfov": 0.2, "znear": 0.1}}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+    "materials": [{"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+    ],
+    "bufferViews": [
+        {"buffer": 0, "byteLength": 48, "target": 34962},
+        {"buffer": 0, "byteOffset": 48, "byteLength": 12, "target": 34963},
+    ],
+    "buffers": [{"uri": "buffers/corners%201.bin", "byteLength": 60}],
+}
 JOB = {"scene": SPHERE, "image": {"width": 8, "height": 6}, "settings": {"samples": 2}}
 
 
@@ -138,6 +159,29 @@ class RenderTest(unittest.TestCase):
             self.assertEqual((again.headers["Location"], again.body), (red.headers["Location"], red.body))
         self.render(*self.with_query("?width=16&samples=1", form([("scene.json", json.dumps(SPHERE).encode())])))
 
+    def test_a_gltf_comes_in_many_ways(self):
+        query = "?width=16&samples=4&azimuth=0&elevation=0"
+        text = json.dumps(GLTF).encode()
+        red = self.render(*self.with_query(query, form([("a.gltf", text), ("buffers/corners 1.bin", CORNERS)])))
+        self.assertGreater(self.middle(red)[0], 2 * self.middle(red)[1])
+        # curl sends no folders; that is told.
+        flat = self.render(*self.with_query(query, form([("a.gltf", text), ("corners 1.bin", CORNERS)])))
+        self.assertEqual(flat.body, red.body)
+        self.assertEqual(self.daemon.request("GET", flat.headers["Location"]).json()["warnings"], 1)
+        zipped = self.render(archive([("x/a.gltf", text), ("x/buffers/corners 1.bin", CORNERS)]), query)
+        self.assertEqual(zipped.headers["Location"], red.headers["Location"])
+        uri = "data:application/octet-stream;base64," + base64.b64encode(CORNERS).decode()
+        whole = json.dumps({**GLTF, "buffers": [{"uri": uri, "byteLength": 60}]}).encode()
+        for media_type in ("model/gltf+json", "application/json", "application/octet-stream"):
+            self.assertEqual(self.render(whole, query, {"Content-Type": media_type}).body, red.body)
+        self.assertEqual(self.places(self.render(text, query, status=422)), ["body/buffers/0/uri"])
+        # One of its cameras: all that it sees is the square.
+        for camera in ("behind", "0"):
+            _, _, rows = pixels(self.render(whole, f"?width=16&samples=4&camera={camera}").body)
+            self.assertTrue(all(pixel[0] > 2 * pixel[1] for row in rows for pixel in row))
+        self.assertEqual(self.places(self.render(whole, "?camera=beside", status=422)), ["?camera"])
+        self.assertIn('"none"', self.render(whole, "?variant=none", status=422).json()["errors"][0]["detail"])
+
     def with_query(self, query, body_and_headers):
         return body_and_headers[0], query, body_and_headers[1]
 
@@ -196,7 +240,8 @@ class RenderTest(unittest.TestCase):
     def test_the_camera_goes_around(self):
         """Seen from the side, a flat square is a line; with z up, it lies."""
         def covered(query):
-            _, _, rows = pixels(self.render(OBJ, "?width=32&samples=4&ground=none&background=transparent&" + query).body)
+            query = "?width=32&samples=4&ground=none&background=transparent&" + query
+            _, _, rows = pixels(self.render(OBJ, query).body)
             return sum(pixel[3] > 0 for row in rows for pixel in row)
 
         front = covered("azimuth=0&elevation=0")

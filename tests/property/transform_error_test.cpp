@@ -40,10 +40,11 @@ TEST(TransformError, LocalRaysStayWithinTheStatedError) {
     if (!placement) continue;
     ++transforms;
     const Transform::Error error = placement->error();
+    const auto rows = placement->rows();
     for (int i = 0; i < 10; ++i) {
       const Ray world{to_float(random.magnitude(-3, 6) * random.in_cube()), to_float(random.in_cube())};
       const auto t = static_cast<float>(random.magnitude(-3, 6));
-      const Vec3w back = apply(placement->rows(), point_at(placement->to_local(world), t));
+      const Vec3w back = apply(rows, point_at(placement->to_local(world), t));
       const Wide off = max_component(abs(back - point_at(world, t)));
       const Wide o = max_component(abs(world.origin));
       const Wide r = max_component(abs(widen(world.direction))) * t;
@@ -62,12 +63,13 @@ TEST(TransformError, OriginsStayWithinTheErrorOfTheirAxes) {
     Random random(seed);
     const auto placement = Transform::from_rows(random_rows(random));
     if (!placement) continue;
+    const auto rows = placement->rows();
     for (int i = 0; i < 10; ++i) {
       Vec3 origin;
       for (int axis = 0; axis < 3; ++axis)
         origin[axis] = static_cast<float>(random.magnitude(-3, 9) * random.uniform(-1, 1));
       const Vec3d allowed = placement->origin_error(to_double(origin), placement->to_world());
-      const Vec3w back = apply(placement->rows(), widen(placement->to_local({origin, {0, 0, 1}}).origin));
+      const Vec3w back = apply(rows, widen(placement->to_local({origin, {0, 0, 1}}).origin));
       for (int axis = 0; axis < 3; ++axis) {
         const Wide off = std::abs(back[axis] - origin[axis]);
         ASSERT_LE(off, allowed[axis]) << "seed " << seed << " ray " << i;
@@ -83,12 +85,12 @@ TEST(TransformError, PointsAndTheWayBackAgree) {
     Random random(seed);
     const auto placement = Transform::from_rows(random_rows(random));
     if (!placement) continue;
+    const auto rows = placement->rows();
     const Vec3d local = random.magnitude(-3, 3) * random.in_cube();
-    const Vec3w off = widen(placement->point_to_world(local)) - apply(placement->rows(), widen(local));
+    const Vec3w off = widen(placement->point_to_world(local)) - apply(rows, widen(local));
     Wide size = 0;
     for (std::size_t i = 0; i < 12; ++i)
-      size = std::max(size, std::abs(static_cast<Wide>(placement->rows()[i])) *
-                                (i % 4 == 3 ? 1 : max_component(abs(widen(local)))));
+      size = std::max(size, std::abs(static_cast<Wide>(rows[i])) * (i % 4 == 3 ? 1 : max_component(abs(widen(local)))));
     EXPECT_LE(max_component(abs(off)), 0x1p-49L * size) << "seed " << seed;
   }
 }

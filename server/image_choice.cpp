@@ -21,10 +21,9 @@ using proto::Result;
 
 std::span<const FormatEntry> format_table() {
   static constexpr FormatEntry table[] = {
-      {ImageFormat::png, "png", "image/png"},
-      {ImageFormat::jpeg, "jpeg", "image/jpeg"},
-      {ImageFormat::exr, "exr", "image/x-exr"},
-      {ImageFormat::hdr, "hdr", "image/vnd.radiance"},
+      {ImageFormat::png, "png", "image/png"},    {ImageFormat::jpeg, "jpeg", "image/jpeg"},
+      {ImageFormat::exr, "exr", "image/x-exr"},  {ImageFormat::hdr, "hdr", "image/vnd.radiance"},
+      {ImageFormat::tiff, "tiff", "image/tiff"},
   };
   return table;
 }

@@ -5,7 +5,7 @@
 namespace tessera {
 namespace {
 
-constexpr Rgb kBlack{};
+constexpr Rgb kBlack{}, kWhite{1, 1, 1};
 constexpr Vec3 kZero{};
 
 using enum AovOrigin;
@@ -24,10 +24,17 @@ constexpr std::array<AovEntry, kAovCount> kTable{{
     // Metres, in the world.
     {Aov::position, "position", kZero, {"P.X", "P.Y", "P.Z"}, first_sample, AovLook::extent},
     // The share of samples that see something other than the background.
-    {Aov::alpha, "alpha", 0.0F, {"A"}, mean, AovLook::grey},
+    {Aov::alpha, "alpha", 0.0F, {"A"}, mean, AovLook::linear},
     {Aov::sample_count, "sample_count", std::uint32_t{0}, {"sampleCount"}, derived, AovLook::heat},
     // Of the pixel's colour, as a mean over its samples were they independent.
     {Aov::variance, "variance", kBlack, {"variance.R", "variance.G", "variance.B"}, derived, AovLook::heat},
+    // The material's own number, without texture or light: what tells objects apart in label images.
+    {Aov::base_color,
+     "base_color",
+     kWhite,
+     {"baseColor.R", "baseColor.G", "baseColor.B"},
+     first_sample,
+     AovLook::linear},
 }};
 
 constexpr bool is_in_order() {

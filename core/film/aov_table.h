@@ -29,7 +29,7 @@ enum class AovOrigin {
 /// How a plane is shown in 8 bits.
 enum class AovLook {
   color,      ///< As colour is: sRGB's curve.
-  grey,       ///< 0 is black and 1 white.
+  linear,     ///< 0 is black and 1 white, without any curve.
   nearness,   ///< From the nearest finite value, white, to the farthest, dark grey; infinite is black.
   direction,  ///< −1..1 as 0..255.
   extent,     ///< Each channel from the least to the greatest finite value of the image.
@@ -52,6 +52,6 @@ struct AovEntry {
 std::span<const AovEntry> aov_table();
 const AovEntry& aov_entry(Aov aov);
 
-inline constexpr std::size_t kAovCount = static_cast<std::size_t>(Aov::variance) + 1;
+inline constexpr std::size_t kAovCount = static_cast<std::size_t>(Aov::base_color) + 1;
 
 }  // namespace tessera

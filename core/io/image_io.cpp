@@ -16,6 +16,7 @@
 #include "core/io/heat_color.h"
 #include "core/io/oiio/write_with_oiio.h"
 #include "core/io/png_file.h"
+#include "core/io/tiff_file.h"
 #include "core/math/rounding.h"
 
 namespace tessera {
@@ -197,7 +198,7 @@ ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, const Look&
     switch (look) {
       case AovLook::color:
         return bytes(values, display_byte);
-      case AovLook::grey:
+      case AovLook::linear:
         return bytes(values, [](float v) { return unit_byte(v); });
       case AovLook::direction:
         return bytes(values, [](float v) { return unit_byte(v / 2 + 0.5); });
@@ -214,10 +215,12 @@ ReadRow display_rows(const Pixels& p, Plane plane, const Done* done, const Look&
   });
 }
 
-/// A pixel's value in 32 bits a channel.
+/// A pixel's value as it is, in 32 bits a channel, or whole numbers of 16.
 template <typename T>
 struct AsIs {
-  static constexpr ChannelType kType = std::is_integral_v<T> ? ChannelType::id : ChannelType::real;
+  static constexpr ChannelType kType = std::is_same_v<T, std::uint16_t> ? ChannelType::word
+                                       : std::is_integral_v<T>          ? ChannelType::id
+                                                                        : ChannelType::real;
   void operator()(const T& value, std::byte* to) const { std::memcpy(to, &value, sizeof value); }
 };
 
@@ -236,7 +239,7 @@ struct Halved {
   }
 };
 
-/// Planes of 32-bit values, to be put together pixel by pixel.
+/// Planes of values, to be put together pixel by pixel.
 class Interleaved {
  public:
   explicit Interleaved(Precision precision) : precision_(precision) {}
@@ -244,7 +247,7 @@ class Interleaved {
   template <typename PlaneOf>
   void add(std::vector<std::string> names, PlaneOf plane) {
     using Value = std::decay_t<decltype(plane[0])>;
-    static_assert(sizeof(Value) % 4 == 0);
+    static_assert(sizeof(Value) % 4 == 0 || sizeof(Value) == 2);
     if constexpr (!std::is_integral_v<Value>)
       if (precision_ == Precision::half) return add(std::move(names), plane, Halved<Value>());
     add(std::move(names), plane, AsIs<Value>());
@@ -307,7 +310,7 @@ Raster display_raster(const Pixels& p, Plane plane, const Done* done, const Enco
   if (!plane.aov && encoding.background) return composite_raster(p, done, encoding);
   std::optional<Coverage> alpha;
   if (limits_of(encoding.format).alpha) alpha = coverage_of(p, plane, done, encoding.transparent);
-  if (alpha && !alpha->is_partial()) alpha.reset();
+  if (alpha && !alpha->is_partial() && !encoding.has_alpha) alpha.reset();
   Raster raster{p.rect.width(), p.rect.height(), {}, display_rows(p, plane, done, encoding.look, alpha)};
   for (const char* name : {"R", "G", "B"}) raster.channels.push_back({name, ChannelType::byte});
   if (alpha) raster.channels.push_back({"A", ChannelType::byte});
@@ -345,11 +348,34 @@ Raster rgbe_raster(const Pixels& p, Plane plane, const Done* done) {
   return std::move(planes).raster(p.rect);
 }
 
+/// The greatest number of 16 bits: too far.
+constexpr std::uint16_t kTooFar = 0xFFFF;
+
+std::uint16_t millimetres(float depth) {
+  constexpr double kMillimetre = 1e-3;
+  return static_cast<std::uint16_t>(std::min(depth / kMillimetre + 0.5, double{kTooFar}));
+}
+
+/// A plane of single floats.
+Raster single_raster(const Pixels& p, Plane plane, const Done* done, const Encoding& encoding) {
+  const DonePlane<float> values(p.plane<float>(*plane.aov), std::get<float>(aov_entry(*plane.aov).empty), done);
+  const DepthSensor sensor = encoding.sensor.value_or(DepthSensor{-kInfinity});
+  const auto told = [=](float depth) { return depth < sensor.least ? 0 : depth > sensor.greatest ? kInfinity : depth; };
+  Interleaved planes(Precision::single);
+  if (sensor.is_in_millimetres)
+    planes.add({"Y"}, Changed{values, [=](float depth) { return millimetres(told(depth)); }});
+  else
+    planes.add({"Y"}, Changed{values, told});
+  return std::move(planes).raster(p.rect);
+}
+
+bool is_single(Plane plane) { return plane.aov && std::holds_alternative<float>(aov_entry(*plane.aov).empty); }
+
 /// What RGBE can hold is finite, and neither negative nor in need of being exact.
 bool fits_rgbe(Plane plane) {
   if (plane == kAllPlanes) return false;
   const AovLook look = plane.aov ? aov_entry(*plane.aov).look : AovLook::color;
-  return look == AovLook::color || look == AovLook::grey || look == AovLook::heat;
+  return look == AovLook::color || look == AovLook::linear || look == AovLook::heat;
 }
 
 bool can_hold_values(PixelValues values, Plane plane) {
@@ -358,6 +384,8 @@ bool can_hold_values(PixelValues values, Plane plane) {
       return plane != kAllPlanes;
     case PixelValues::rgbe:
       return fits_rgbe(plane);
+    case PixelValues::single:
+      return is_single(plane);
     case PixelValues::exact:
       return true;
   }
@@ -373,7 +401,8 @@ bool can_hold(ImageFormat format, Plane plane, std::uint32_t width, std::uint32_
   const std::uint64_t pixel =
       Film::memory_bytes(1, 1, plane == kAllPlanes ? recorded : std::set<Aov>{}) + sizeof(float);
   return can_hold_values(limits.values, plane) && width >= 1 && width <= limits.max_width && height >= 1 &&
-         height <= limits.max_height && width <= limits.max_row_bytes / pixel;
+         height <= limits.max_height && width <= limits.max_row_bytes / pixel &&
+         std::uint64_t{width} * height <= limits.max_bytes / sizeof(float);
 }
 
 std::optional<Bytes> encode(const Pixels& pixels, Plane plane, const Encoding& encoding, const Done* done,
@@ -383,9 +412,13 @@ std::optional<Bytes> encode(const Pixels& pixels, Plane plane, const Encoding& e
   if (!has(pixels, plane) || !can_hold(encoding.format, plane, width, height, pixels.aovs())) return std::nullopt;
   switch (encoding.format) {
     case ImageFormat::png:
+      if (encoding.sensor && encoding.sensor->is_in_millimetres && plane == Plane{Aov::depth})
+        return write_png(single_raster(pixels, plane, done, encoding), stop);
       return write_png(display_raster(pixels, plane, done, encoding), stop);
     case ImageFormat::jpeg:
       return write_jpeg(display_raster(pixels, plane, done, encoding), encoding.jpeg, stop);
+    case ImageFormat::tiff:
+      return write_tiff(single_raster(pixels, plane, done, encoding), stop);
     case ImageFormat::exr:
       return write_with_oiio(encoding.format, exact_raster(pixels, plane, done, encoding), stop);
     case ImageFormat::hdr:

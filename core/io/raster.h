@@ -9,11 +9,11 @@
 namespace tessera {
 
 /// What a channel's values are, in the machine's byte order: 0 to 255 for display, floats of 32 or of 16 bits, or whole
-/// numbers of 32 bits.
-enum class ChannelType { byte, real, half, id };
+/// numbers of 32 or of 16 bits.
+enum class ChannelType { byte, real, half, id, word };
 
 inline std::size_t bytes_of(ChannelType type) {
-  return type == ChannelType::byte ? 1 : type == ChannelType::half ? 2 : 4;
+  return type == ChannelType::byte ? 1 : type == ChannelType::half || type == ChannelType::word ? 2 : 4;
 }
 
 struct Channel {

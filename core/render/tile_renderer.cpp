@@ -186,6 +186,10 @@ void TileRenderer::record_aovs() {
     out.record(Aov::depth, at, hit.t);  // a camera ray's t is depth
     out.record(Aov::primitive_id, at, hit.primitive);
     out.record(Aov::object_id, at, hit.object);
+    if (out.has(Aov::base_color)) {
+      const Object& object = context_.scene->objects[hit.object];
+      out.record(Aov::base_color, at, base_color(context_.scene->materials[object.material].surface));
+    }
     if (!out.has(Aov::normal) && !out.has(Aov::position)) continue;
     const SurfacePoint surface = world_surface(*context_.scene, hit.object, hit.primitive, camera_.rays()[i], hit.t);
     out.record(Aov::normal, at, to_float(surface.shading_normal));

@@ -27,6 +27,24 @@ std::optional<WhittedSurface> whitted_surface(const Surface& surface) {
   return std::nullopt;
 }
 
+Rgb base_color(const Surface& surface) {
+  struct ColorOf {
+    Rgb operator()(const WhittedSurface& s) const { return s.diffuse; }
+    Rgb operator()(const Diffuse& s) const { return s.color; }
+    Rgb operator()(const Conductor& s) const {
+      const auto reflected = [](float eta, float k) {
+        return ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
+      };
+      return {reflected(s.eta.r, s.k.r), reflected(s.eta.g, s.k.g), reflected(s.eta.b, s.k.b)};
+    }
+    Rgb operator()(const Dielectric& s) const { return s.color; }
+    Rgb operator()(const MetallicRoughness& s) const { return s.base_color; }
+    Rgb operator()(const Layered& s) const { return s.base_color; }
+    Rgb operator()(const Unlit& s) const { return s.color; }
+  };
+  return std::visit(ColorOf{}, surface);
+}
+
 bool lets_light_in(const Surface& surface) {
   if (const auto* whitted = std::get_if<WhittedSurface>(&surface)) return !whitted->transmit.is_black();
   if (const auto* layered = std::get_if<Layered>(&surface)) return layered->transmission > 0 && !layered->thin;

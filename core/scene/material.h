@@ -134,6 +134,9 @@ bool is_lamp(const Material& material);
 /// for what he has no rays for; emission and alpha aren't looked at.
 std::optional<WhittedSurface> whitted_surface(const Surface& surface);
 
+/// The colour that it is made of, as it stands in the material: that of a conductor is what it reflects straight back.
+Rgb base_color(const Surface& surface);
+
 /// Whether light that passes it is inside then: it isn't a sheet.
 bool lets_light_in(const Surface& surface);
 

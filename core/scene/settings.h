@@ -25,7 +25,8 @@ enum class Aov {
   position,
   alpha,
   sample_count,
-  variance
+  variance,
+  base_color
 };
 
 /// How light is followed. `automatic` is `whitted` where a scene has nothing but Whitted's materials and lights, and

@@ -13,10 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from daemon import SOURCE, Daemon
 from documents import SMALL_JOB, SPHERE, crowd, endless_job
 
-STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE"}
-MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "exr": "image/x-exr", "hdr": "image/vnd.radiance"}
+STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE", "tiff": b"II*\x00"}
+MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "exr": "image/x-exr", "hdr": "image/vnd.radiance", "tiff": "image/tiff"}
 ALL_AOVS = ["depth", "normal", "primitive_id", "object_id", "cost_volumes", "cost_primitives", "albedo", "position",
-            "alpha", "sample_count", "variance"]
+            "alpha", "sample_count", "variance", "base_color"]
 QUAD = "o quad\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n"
 
 

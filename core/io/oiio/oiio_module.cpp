@@ -19,7 +19,7 @@ const char* name_of(ImageFormat format) { return format == ImageFormat::exr ? "i
 
 OIIO::TypeDesc type_of(ChannelType type) {
   constexpr std::array kTypes = {OIIO::TypeDesc::UINT8, OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::HALF,
-                                 OIIO::TypeDesc::UINT};
+                                 OIIO::TypeDesc::UINT, OIIO::TypeDesc::UINT16};
   return kTypes.at(static_cast<std::size_t>(type));
 }
 

@@ -41,6 +41,7 @@ Pixels sample() {
   p.plane<float>(Aov::alpha) = {0.75F, 0};
   p.plane<std::uint32_t>(Aov::sample_count) = {64, 16};
   p.plane<Rgb>(Aov::variance) = {{0.5F, 0, 0.25F}, {}};
+  p.plane<Rgb>(Aov::base_color) = {{0.25F, 64 / 255.0F, 2}, {1, 1, 1}};
   return p;
 }
 
@@ -129,12 +130,13 @@ TEST(ImageIo, ExrHoldsEveryPlaneAsItIs) {
   ASSERT_TRUE(file);
   const Decoded image = decode(*file, "x.exr");
   const Offsets at = offsets_of(image.spec);
-  ASSERT_EQ(at.size(), 22U);
+  ASSERT_EQ(at.size(), 25U);
   const std::map<std::string, float> reals{
-      {"R", 0.5F},          {"G", 2.0F},          {"B", 0.0F},           {"A", 0.75F},          {"Z", 1.5F},
-      {"N.X", 0.0F},        {"N.Y", 0.0F},        {"N.Z", 1.0F},         {"P.X", -1.0F},        {"P.Y", 2.0F},
-      {"P.Z", 3.0F},        {"cost.volumes", 40}, {"albedo.R", 0.5F},    {"albedo.G", 0.25F},   {"albedo.B", 1.0F},
-      {"variance.R", 0.5F}, {"variance.G", 0.0F}, {"variance.B", 0.25F}, {"cost.primitives", 0}};
+      {"R", 0.5F},          {"G", 2.0F},          {"B", 0.0F},           {"A", 0.75F},           {"Z", 1.5F},
+      {"N.X", 0.0F},        {"N.Y", 0.0F},        {"N.Z", 1.0F},         {"P.X", -1.0F},         {"P.Y", 2.0F},
+      {"P.Z", 3.0F},        {"cost.volumes", 40}, {"albedo.R", 0.5F},    {"albedo.G", 0.25F},    {"albedo.B", 1.0F},
+      {"variance.R", 0.5F}, {"variance.G", 0.0F}, {"variance.B", 0.25F}, {"cost.primitives", 0}, {"baseColor.R", 0.25F},
+      {"baseColor.B", 2}};
   for (const auto& [name, value] : reals) EXPECT_EQ(image.value<float>(at.at(name)), value) << name;
   EXPECT_EQ(image.value<std::uint32_t>(at.at("primitiveId")), 0xFFFFFFFE);
   EXPECT_EQ(image.value<std::uint32_t>(at.at("objectId")), 3U);
@@ -262,6 +264,68 @@ TEST(ImageIo, ExrSaysNothingOfTheTimeItWasWritten) {
   EXPECT_EQ(decode(*file, "x.exr").spec.get_string_attribute("DateTime"), "1970:01:01 00:00:00");
 }
 
+TEST(ImageIo, PngHasAlphaWhereItIsAskedFor) {
+  const auto bytes = decode(*encode(sample(), kColorPlane, {.format = ImageFormat::png, .has_alpha = true}), "x.png");
+  EXPECT_EQ(bytes.bytes(), (std::vector<std::uint8_t>{188, 255, 0, 255, 0, 10, 255, 255}));
+}
+
+TEST(ImageIo, ABaseColourIsShownAsItsNumbers) {
+  const auto file = encode(sample(), Plane{Aov::base_color}, {.format = ImageFormat::png});
+  ASSERT_TRUE(file);
+  EXPECT_EQ(decode(*file, "x.png").bytes(), (std::vector<std::uint8_t>{64, 64, 255, 255, 255, 255}));
+}
+
+/// A row of depths.
+Pixels depths(std::vector<float> values) {
+  Pixels p({0, 0, static_cast<std::int32_t>(values.size()), 1}, {Aov::depth});
+  p.plane<float>(Aov::depth) = std::move(values);
+  return p;
+}
+
+TEST(ImageIo, TiffHoldsFloatsAsTheyAre) {
+  const Pixels p = depths({0, 1e-7F, 0.1F, 1234567, 3e38F, kInfinity});
+  const auto file = encode(p, Plane{Aov::depth}, {.format = ImageFormat::tiff});
+  ASSERT_TRUE(file);
+  const Decoded image = decode(*file, "x.tif");
+  ASSERT_EQ(image.spec.format, OIIO::TypeDesc::FLOAT);
+  ASSERT_EQ(image.spec.nchannels, 1);
+  ASSERT_EQ(image.spec.width, 6);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(image.value<float>(4 * i), p.plane<float>(Aov::depth)[i]);
+}
+
+TEST(ImageIo, ASensorTellsWhatIsTooNearAndTooFar) {
+  const Pixels p = depths({0.49F, 0.5F, 0.7504F, 1.9996F, 2, 2.01F, kInfinity});
+  Encoding told{.format = ImageFormat::tiff, .sensor = DepthSensor{0.5F, 2}};
+  const Decoded metres = decode(*encode(p, Plane{Aov::depth}, told), "x.tif");
+  const float expected[] = {0, 0.5F, 0.7504F, 1.9996F, 2, kInfinity, kInfinity};
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(metres.value<float>(4 * i), expected[i]) << i;
+  told.sensor->is_in_millimetres = true;
+  const std::uint16_t in_millimetres[] = {0, 500, 750, 2000, 2000, 65535, 65535};
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::tiff}) {
+    told.format = format;
+    const Decoded image = decode(*encode(p, Plane{Aov::depth}, told), format == ImageFormat::png ? "x.png" : "x.tif");
+    ASSERT_EQ(image.spec.format, OIIO::TypeDesc::UINT16);
+    ASSERT_EQ(image.spec.nchannels, 1);
+    for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(image.value<std::uint16_t>(2 * i), in_millimetres[i]) << i;
+  }
+  const Encoding all{.format = ImageFormat::tiff, .sensor = DepthSensor{0, kInfinity, true}};
+  const Decoded far = decode(*encode(depths({65.534F, 65.6F, 1e30F}), Plane{Aov::depth}, all), "x.tif");
+  EXPECT_EQ(far.value<std::uint16_t>(0), 65534);
+  EXPECT_EQ(far.value<std::uint16_t>(2), 65535) << "beyond what millimetres of 16 bits can say";
+  EXPECT_EQ(far.value<std::uint16_t>(4), 65535);
+}
+
+TEST(ImageIo, ATiffIsRowsFromTheTop) {
+  Pixels p({0, 0, 3, 200}, {Aov::depth});
+  for (std::size_t i = 0; i < 600; ++i) p.plane<float>(Aov::depth)[i] = static_cast<float>(i);
+  const Decoded image = decode(*encode(p, Plane{Aov::depth}, {.format = ImageFormat::tiff}), "x.tif");
+  ASSERT_EQ(image.spec.height, 200);
+  for (std::size_t i = 0; i < 600; ++i) EXPECT_EQ(image.value<float>(4 * i), static_cast<float>(i));
+  const std::vector<std::uint8_t> done(600, 0);
+  const Decoded none = decode(*encode(p, Plane{Aov::depth}, {.format = ImageFormat::tiff}, &done), "x.tif");
+  EXPECT_EQ(none.value<float>(0), kInfinity) << "nothing is there yet";
+}
+
 TEST(ImageIo, EncodesEveryPlaneThatAFormatCanHold) {
   const Pixels p = sample();
   std::vector<Plane> planes{kColorPlane};
@@ -281,6 +345,12 @@ TEST(ImageIo, EncodesEveryPlaneThatAFormatCanHold) {
   for (const Plane plane : {Plane{Aov::depth}, Plane{Aov::primitive_id}, Plane{Aov::object_id}, kAllPlanes})
     EXPECT_FALSE(encode(p, plane, {ImageFormat::hdr, {}}));
   EXPECT_FALSE(encode(p, kAllPlanes, {ImageFormat::png, {}}));
+  for (const Plane& plane : planes)
+    EXPECT_EQ(encode(p, plane, {ImageFormat::tiff, {}}).has_value(),
+              plane.aov == Aov::depth || plane.aov == Aov::alpha || plane.aov == Aov::cost_volumes ||
+                  plane.aov == Aov::cost_primitives);
+  EXPECT_FALSE(encode(p, kAllPlanes, {ImageFormat::tiff, {}}));
+  EXPECT_FALSE(can_hold(ImageFormat::tiff, Plane{Aov::depth}, 1 << 15, 1 << 15, {})) << "4 GiB of values";
   EXPECT_FALSE(encode(Pixels({0, 0, 1, 1}, {}), Plane{Aov::depth}, {ImageFormat::png, {}})) << "not recorded";
 }
 

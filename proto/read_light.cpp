@@ -101,11 +101,10 @@ bool read_map(JsonFields& fields, FileLoader& files, std::shared_ptr<const Envir
   return true;
 }
 
-Light read_environment(JsonFields& fields, FileLoader& files, bool& only_without_lights) {
+Light read_environment(JsonFields& fields, FileLoader& files) {
   fields.call("an environment");
   EnvironmentLight light;
   read_color(fields.optional("radiance"), light.radiance, kLightChannel);
-  read(fields.optional("only_without_lights"), only_without_lights);
   const bool has_map = read_map(fields, files, light.map);
   const auto transform = fields.optional("transform");
   if (transform && !has_map) transform->error("An environment without a map is the same all around; leave this out.");
@@ -113,7 +112,7 @@ Light read_environment(JsonFields& fields, FileLoader& files, bool& only_without
   return light;
 }
 
-Light read_fields(LightType type, JsonFields& fields, FileLoader& files, bool& only_without_lights) {
+Light read_fields(LightType type, JsonFields& fields, FileLoader& files) {
   switch (type) {
     case LightType::point:
       return read_point(fields);
@@ -126,7 +125,7 @@ Light read_fields(LightType type, JsonFields& fields, FileLoader& files, bool& o
     case LightType::sun:
       return read_sun(fields);
     case LightType::environment:
-      return read_environment(fields, files, only_without_lights);
+      return read_environment(fields, files);
   }
   return {};
 }
@@ -147,7 +146,8 @@ std::optional<ReadLight> read_light(JsonCursor value, FileLoader& files) {
     return std::nullopt;
   }
   ReadLight read;
-  read.light = read_fields(type, fields, files, read.only_without_lights);
+  read.light = read_fields(type, fields, files);
+  tessera::proto::read(fields.optional("only_without_lights"), read.only_without_lights);
   fields.refuse_unknown();
   return read;
 }

@@ -8,7 +8,7 @@ namespace tessera::proto {
 
 struct ReadLight {
   Light light;
-  bool only_without_lights = false;  ///< An environment that is to be left out where there are other lights.
+  bool only_without_lights = false;  ///< It is to be left out where there are lights without this.
 };
 
 /// A light, by the rules of the readers in json_cursor.h; nothing when its type is unknown. An environment's map comes

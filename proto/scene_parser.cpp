@@ -105,7 +105,7 @@ class SceneParser {
     if (camera) builder_.camera() = read_camera(*camera);
     if (ground) read<bool>(ground, has_ground_, {{"shadow", true}});
     fields.refuse_unknown();
-    if (spare_light_ && builder_.lights().empty()) builder_.lights().push_back(*spare_light_);
+    if (builder_.lights().empty()) builder_.lights() = std::move(spare_lights_);
     if (has_ground_) builder_.add_ground();
     if (!errors_.empty()) return std::nullopt;
     warn_of_unplaced_geometries();
@@ -145,7 +145,7 @@ class SceneParser {
       if (std::holds_alternative<EnvironmentLight>(read->light) && std::exchange(has_environment_, true))
         value.error("The scene has an environment already, and there is only one all around; keep one.");
       if (read->only_without_lights)
-        spare_light_ = read->light;
+        spare_lights_.push_back(read->light);
       else
         builder_.lights().push_back(read->light);
     }
@@ -355,7 +355,7 @@ class SceneParser {
   std::map<std::string_view, std::uint32_t> materials_;
   std::map<std::string_view, Geometry> geometries_;
   std::set<std::string_view> placed_;  // geometries
-  std::optional<Light> spare_light_;   // where there are no others
+  std::vector<Light> spare_lights_;    // where there are no others
   bool has_nff_ = false, has_environment_ = false, has_ground_ = false;
 };
 

@@ -9,6 +9,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/request.h"
+
 namespace tessera::server {
 namespace {
 
@@ -91,6 +93,13 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->check(kNotNegative)
       ->check(kAtLeast1);
   size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene")->check(kAtLeast1);
+  app.add_flag("--drake", config.drake, "Serve POST /render, which Drake's glTF render clients speak")
+      ->envname(variable_of("--drake"));
+  flag("--drake-prefix", config.drake_prefix, "Path under which that is, as /drake")
+      ->check([](const std::string& text) {
+        const bool is_path = text.empty() || (text.starts_with('/') && !text.ends_with('/') && parse_target(text));
+        return is_path ? std::string() : std::string("write it as /drake or /robots/drake");
+      });
   app.add_flag("--print-routes", config.print_routes, "Print the routes that are served and leave")
       ->configurable(false);
 }

@@ -36,6 +36,9 @@ struct Config {
   std::uint64_t max_structure_dir = 16ULL << 30;       ///< and how much of them.
   proto::Limits documents;
 
+  bool drake = false;        ///< Serve POST /render as Drake's glTF render clients want it,
+  std::string drake_prefix;  ///< under this path: empty, or "/" and segments.
+
   bool print_routes = false;  ///< Print the table of routes and leave.
 };
 

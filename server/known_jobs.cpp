@@ -40,29 +40,35 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
 
 }  // namespace
 
-Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
+Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known, const PrepareJob& prepare,
                               const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
   for (;;) {
     std::optional<HeldJob> started;
     const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
       const auto begin = Clock::now();
-      auto job = prepare(services, asset, draft, unwanted);
+      auto job = prepare(unwanted);
       if (!job) return {job.problem(), std::nullopt};
       job->parsing = Clock::now() - begin;
       auto id = start_job(services, *job, false);
       if (!id) return {id.problem(), std::nullopt};
       started = HeldJob{*id, services.jobs.hold(*id)};
-      return {*id, draft.names_paths ? std::nullopt : std::optional<std::uint64_t>(id->size())};
+      return {*id, is_kept_known ? std::optional<std::uint64_t>(id->size()) : std::nullopt};
     };
-    const auto id = services.known_jobs.get(draft.key, make, abandoned);
+    const auto id = services.known_jobs.get(key, make, abandoned);
     if (!id) return id.problem();
     if (started) return *std::move(started);
     HeldJob held{*id, services.jobs.hold(*id)};
     const auto job = services.jobs.find(*id);
     const bool has_ended_early = !job || job->state == JobState::failed || job->state == JobState::canceled;
     if (!has_ended_early && is_of_use(*job)) return held;
-    services.known_jobs.drop_all(draft.key);
+    services.known_jobs.drop_all(key);
   }
+}
+
+Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
+                              const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+  const auto prepare_it = [&](const std::stop_token& unwanted) { return prepare(services, asset, draft, unwanted); };
+  return find_or_start(services, draft.key, !draft.names_paths, prepare_it, is_of_use, abandoned);
 }
 
 }  // namespace tessera::server

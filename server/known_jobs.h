@@ -9,6 +9,7 @@
 #include "proto/wire/result.h"
 #include "server/asset.h"
 #include "server/job_draft.h"
+#include "server/job_submission.h"
 #include "server/job_table.h"
 #include "server/services.h"
 #include "server/single_flight.h"
@@ -30,9 +31,16 @@ struct HeldJob {
   std::shared_ptr<const JobTable::Hold> hold;
 };
 
-/// The job that a draft has become before, unless that failed, was canceled, or `is_of_use` says no; otherwise it
-/// becomes one now, which ends with its last hold. Refused as POST /v1/jobs refuses, but in terms of what was sent.
-/// Throws `Abandoned` once that is requested, and TooHeavy.
+using PrepareJob = std::function<proto::Result<PreparedJob>(const std::stop_token& unwanted)>;
+
+/// The job that was started under this key before, unless that failed, was canceled, or `is_of_use` says no; otherwise
+/// one is started now, which ends with its last hold and is found again where it `is_kept_known`. Refused as `prepare`
+/// and `start_job` refuse. Throws `Abandoned` once that is requested, and TooHeavy.
+proto::Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known,
+                                     const PrepareJob& prepare, const std::function<bool(const JobView&)>& is_of_use,
+                                     const std::stop_token& abandoned);
+
+/// The same of what a draft becomes. Refused as POST /v1/jobs refuses, but in terms of what was sent.
 proto::Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
                                      const std::function<bool(const JobView&)>& is_of_use,
                                      const std::stop_token& abandoned);

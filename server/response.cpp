@@ -33,4 +33,12 @@ Response problem_response(const proto::Problem& problem) {
   return response;
 }
 
+Response text_response(const proto::Problem& problem) {
+  const bool is_theirs = proto::entry(problem.code).status < 500 && !may_pass(problem.code);
+  Response response{is_theirs ? 400 : 500, {{"Content-Type", "text/plain; charset=utf-8"}}, ""};
+  if (problem.errors.empty()) response.body = problem.detail + '\n';
+  for (const proto::FieldError& error : problem.errors) response.body += error.pointer + ": " + error.detail + '\n';
+  return response;
+}
+
 }  // namespace tessera::server

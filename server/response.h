@@ -49,5 +49,7 @@ Response json_response(int status, const nlohmann::json& body);
 
 /// Problem details; with Retry-After where trying again can help.
 Response problem_response(const proto::Problem& problem);
+/// The same as text, for clients that show it to people, and know the statuses 400 and 500 alone.
+Response text_response(const proto::Problem& problem);
 
 }  // namespace tessera::server

@@ -10,6 +10,8 @@
 
 #include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
+#include "server/config.h"
+#include "server/drake_form.h"
 #include "server/handlers/handlers.h"
 #include "server/job_draft.h"
 #include "server/media_type.h"
@@ -38,6 +40,7 @@ std::span<const Route> route_table() {
       {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
       {"POST", "/v1/render", render_query_names(), Body::asset, Place::quick, post_render},
+      {"POST", "/render", drake_query_names(), Body::asset, Place::quick, post_drake_render, text_response, true},
       {"GET", "/livez", {}, Body::none, Place::io, livez},
       {"GET", "/readyz", {}, Body::none, Place::io, readyz},
       {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
@@ -121,22 +124,25 @@ void allow(std::vector<std::string_view>& allowed, std::string_view method) {
 
 }  // namespace
 
-std::variant<const Route*, Response> find_route(Request& request) {
+std::variant<const Route*, Response> find_route(const Config& config, Request& request) {
   if (std::ranges::find(kMethods, request.method) == std::end(kMethods))
     return problem_response({ProblemCode::not_implemented, "No resource of this server knows this method.", {}});
   std::vector<std::string_view> allowed;
   const bool is_for_server = request.target.segments.empty();
   for (const Route& route : route_table()) {
-    auto parameter = is_for_server ? std::string() : match(route.pattern, request.target.segments);
+    if (route.is_of_drake && !config.drake) continue;
+    const std::string prefix = route.is_of_drake ? config.drake_prefix : "";
+    auto parameter =
+        is_for_server ? std::string() : match(prefix + std::string(route.pattern), request.target.segments);
     if (!parameter) continue;
     if (route.method != request.method) {
       allow(allowed, route.method);
       continue;
     }
     request.parameter = *std::move(parameter);
-    if (const auto problem = refuse_parameter(route, request)) return problem_response(*problem);
-    if (const auto problem = refuse_query(route, request)) return problem_response(*problem);
-    if (const auto problem = refuse_body(route, request)) return problem_response(*problem);
+    if (const auto problem = refuse_parameter(route, request)) return route.refuse(*problem);
+    if (const auto problem = refuse_query(route, request)) return route.refuse(*problem);
+    if (const auto problem = refuse_body(route, request)) return route.refuse(*problem);
     return &route;
   }
   if (allowed.empty())
@@ -160,7 +166,7 @@ Response run_handler(const Route& route, const Handler& handle, Services& servic
   } catch (const std::exception& error) {
     if (request.abandoned.stop_requested()) return {};  // The reason, and nobody waits to hear it.
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());
-    return problem_response({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});
+    return route.refuse({ProblemCode::internal_error, "The server failed to answer; its log says why.", {}});
   }
 }
 

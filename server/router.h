@@ -29,13 +29,16 @@ struct Route {
   Body body;
   Place place;
   Response (*handle)(Services&, Request&);
+  /// How it is told what is wrong with a request.
+  Response (*refuse)(const proto::Problem&) = problem_response;
+  bool is_of_drake = false;  ///< It is there only with `Config::drake`, under its prefix.
 };
 std::span<const Route> route_table();
 
-/// Finds the route of a request and sets its `parameter`; or the answer, where none is needed: to OPTIONS, and
-/// refusals: unknown path, wrong method, a hash that isn't one, query parameters that the route doesn't know, or a body
-/// of a type that it doesn't take.
-std::variant<const Route*, Response> find_route(Request& request);
+/// Finds the route of a request among those that the settings allow, and sets its `parameter`; or the answer, where
+/// none is needed: to OPTIONS, and refusals: unknown path, wrong method, a hash that isn't one, query parameters that
+/// the route doesn't know, or a body of a type that it doesn't take.
+std::variant<const Route*, Response> find_route(const Config& config, Request& request);
 
 /// Runs a handler of the route, its own or one that goes on for it. An exception becomes a logged `internal_error`;
 /// std::bad_alloc and TooHeavy are passed on. Of a request that was abandoned the response means nothing: nobody reads

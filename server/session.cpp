@@ -65,13 +65,13 @@ constexpr std::string_view kNoMemory =
 Problem problem(ProblemCode code, std::string detail) { return {code, std::move(detail), {}}; }
 
 // What makes JSON may draw on the reserve.
-Response refuse(const Problem& why) {
+Response refuse(const Problem& why, Response (*as)(const Problem&) = problem_response) {
   const MemoryReserve::Share share;
-  return problem_response(why);
+  return as(why);
 }
-std::variant<const Route*, Response> route_of(Request& request) {
+std::variant<const Route*, Response> route_of(const Config& config, Request& request) {
   const MemoryReserve::Share share;
-  return find_route(request);
+  return find_route(config, request);
 }
 
 std::string http_date() {
@@ -262,7 +262,7 @@ class Session {
       response = refuse(*wrong);
       co_return response;
     }
-    const auto found = route_of(request);
+    const auto found = route_of(services_.config, request);
     if (const auto* answered = std::get_if<Response>(&found)) {
       response = *answered;
       co_return response;
@@ -279,7 +279,7 @@ class Session {
       wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");
     }
     if (wrong)
-      response = refuse(*wrong);
+      response = refuse(*wrong, route.refuse);
     else
       response = co_await handle(head, route, request);
     co_return response;

@@ -19,6 +19,7 @@ Response cancel_job(Services& services, Request& request);
 Response delete_job(Services& services, Request& request);
 
 Response post_render(Services& services, Request& request);
+Response post_drake_render(Services& services, Request& request);
 
 Response fetch_image(Services& services, Request& request);
 Response show_plan(Services& services, Request& request);

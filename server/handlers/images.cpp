@@ -80,6 +80,11 @@ std::string key_of(const std::string& id, const ImageChoice& choice, const std::
   if (const auto& behind = encoding.background)
     for (const float channel : {behind->r, behind->g, behind->b})
       key += " over " + std::to_string(std::bit_cast<std::uint32_t>(channel));
+  if (encoding.has_alpha) key += " alpha";
+  if (const auto& sensor = encoding.sensor)
+    key += " sensor " + std::to_string(std::bit_cast<std::uint32_t>(sensor->least)) + '/' +
+           std::to_string(std::bit_cast<std::uint32_t>(sensor->greatest)) +
+           (sensor->is_in_millimetres ? " in millimetres" : "");
   if (versions) {
     key += " tiles";
     for (const std::uint32_t version : *versions) key += ' ' + std::to_string(version);

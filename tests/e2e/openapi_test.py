@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
+import drake_test
 from daemon import SOURCE, Daemon, Reply
 from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE, crowd
 from schema import faults, resolve
@@ -94,6 +95,7 @@ class OpenApiTest(unittest.TestCase):
         self.exercise_documents()
         self.exercise_jobs()
         self.exercise_render()
+        self.exercise_drake()
         self.exercise_bad_requests()
         self.exercise_shutdown()
         documented = {
@@ -223,9 +225,18 @@ class OpenApiTest(unittest.TestCase):
         with Daemon("--max-bodies", "10") as daemon:
             self.ask(daemon, 503, *render, TRIANGLE)
 
+    def exercise_drake(self):
+        kind = {"Content-Type": f"multipart/form-data; boundary={drake_test.BOUNDARY}"}
+        gltf = drake_test.scene(drake_test.triangles(drake_test.wall(-1, -1, 1, 1, -2), [1, 0, 0]))
+        body = drake_test.form(drake_test.fields("label", gltf))
+        with Daemon("--drake") as daemon:
+            self.ask(daemon, 200, "post", "/render", body, kind)
+        with Daemon("--drake", "--max-bodies", "10") as daemon:
+            self.ask(daemon, 500, "post", "/render", body, kind)
+
     def exercise_bad_requests(self):
         """Everything answers; nothing takes a query parameter that isn't documented."""
-        with Daemon() as daemon:
+        with Daemon("--drake") as daemon:
             for media_type in ("application/json", "text/html"):
                 for path in ("/problems/", "/problems/{code}"):
                     reply = self.ask(daemon, 200, "get", path, headers={"Accept": media_type}, code="not_found")

@@ -14,6 +14,7 @@
 #include "proto/import/obj.h"
 #include "proto/import/ply.h"
 #include "proto/import/read_file.h"
+#include "proto/import/smooth_normals.h"
 #include "proto/import/stl.h"
 #include "proto/wire/file_kind.h"
 #include "proto/wire/printable.h"
@@ -34,7 +35,7 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
     case FileFormat::ply:
       return import_ply(bytes, name, stop);
     case FileFormat::obj:
-      return import_obj(std::move(bytes), name, companions, stop, options, texture_bytes);
+      return import_obj(std::move(bytes), name, companions, stop, texture_bytes);
     case FileFormat::gltf:
       return import_gltf(bytes, name, companions, options, texture_bytes, stop);
     case FileFormat::stl:
@@ -87,8 +88,11 @@ Problem cannot_import(std::string_view name, std::vector<FieldError> errors) {
 }  // namespace
 
 std::span<const Choice<FileFormat>> file_format_names() {
-  static constexpr Choice<FileFormat> table[] = {
-      {"obj", FileFormat::obj}, {"ply", FileFormat::ply}, {"nff", FileFormat::nff}, {"gltf", FileFormat::gltf}, {"stl", FileFormat::stl}};
+  static constexpr Choice<FileFormat> table[] = {{"obj", FileFormat::obj},
+                                                 {"ply", FileFormat::ply},
+                                                 {"nff", FileFormat::nff},
+                                                 {"gltf", FileFormat::gltf},
+                                                 {"stl", FileFormat::stl}};
   return table;
 }
 
@@ -98,6 +102,7 @@ Result<Imported> import_file(const std::filesystem::path& path, FileFormat forma
   throw_if_abandoned(stop);
   try {
     Imported imported = read(path, format, display_name, companions, stop, options, texture_bytes);
+    if (options.smooth) smooth_normals(imported, *options.smooth, stop);
     make_sayable(imported.warnings);
     if (!imported.parts.empty()) return imported;
     if (auto why = mistaken(path, format)) return cannot_import(display_name, {{file_place(display_name, 0), *why}});

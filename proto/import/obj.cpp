@@ -416,7 +416,7 @@ class ObjReader {
 }  // namespace
 
 Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions,
-                    std::stop_token stop, const ImportOptions&, std::uint64_t texture_bytes) {
+                    std::stop_token stop, std::uint64_t texture_bytes) {
   return ObjReader(std::move(text), file_name, companions, texture_bytes, std::move(stop)).read();
 }
 

@@ -22,7 +22,6 @@ namespace tessera::proto {
 /// - A missing MTL library, or a material that none has, is a warning; the mesh then has no material.
 /// - Nothing of the text is quoted until it has given a face: it may be any file.
 Imported import_obj(std::string text, std::string_view file_name, const CompanionSource& companions,
-                    std::stop_token stop = {}, const ImportOptions& options = {},
-                    std::uint64_t texture_bytes = 1ULL << 30);
+                    std::stop_token stop = {}, std::uint64_t texture_bytes = 1ULL << 30);
 
 }  // namespace tessera::proto

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <unordered_set>
 
-#include "core/math/portable.h"
 #include "core/math/unit_vec3.h"
 #include "proto/import/polygon.h"
 
@@ -99,16 +97,12 @@ class Smoothing {
     return area_vector(positions_, face_);
   }
 
-  /// Between the sides that meet in a corner; 0 where one has no length.
+  /// Between the sides that meet in a corner.
   double angle_at(std::span<const ObjCorner> corners, std::size_t i) const {
     const auto at = [&](std::size_t corner) {
       return to_double(positions_[corners[corner % corners.size()].position]);
     };
-    const Vec3d a = at(i + 1) - at(i), b = at(i + corners.size() - 1) - at(i);
-    const double lengths = length(a) * length(b);
-    if (!(lengths > 0)) return 0;
-    const double ahead = lengths + dot(a, b);
-    return ahead > 0 ? 2 * portable_atan(length(cross(a, b)) / ahead) : std::numbers::pi;
+    return angle_between(at(i + 1) - at(i), at(i + corners.size() - 1) - at(i));
   }
 
   void assign(ObjFaces& mesh) {

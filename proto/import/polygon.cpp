@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
+#include "core/math/portable.h"
 #include "proto/import/point_tree.h"
 
 namespace tessera::proto {
@@ -173,6 +175,13 @@ Vec3d area_vector(std::span<const Vec3> positions, std::span<const std::uint32_t
     sum = sum + cross(to_double(positions[corners[i - 1]]) - origin, to_double(positions[corners[i]]) - origin);
   }
   return sum;
+}
+
+double angle_between(Vec3d a, Vec3d b) {
+  const double lengths = length(a) * length(b);
+  if (!(lengths > 0)) return 0;
+  const double ahead = lengths + dot(a, b);
+  return ahead > 0 ? 2 * portable_atan(length(cross(a, b)) / ahead) : std::numbers::pi;
 }
 
 bool triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t> corners,

@@ -28,4 +28,7 @@ bool triangulate(std::span<const Vec3> positions, std::span<const std::uint32_t>
 /// corners run counter-clockwise. Zero for a polygon without area; NaN or infinite with a corner that is.
 Vec3d area_vector(std::span<const Vec3> positions, std::span<const std::uint32_t> corners);
 
+/// In radians, 0 to π; 0 where one has no length.
+double angle_between(Vec3d a, Vec3d b);
+
 }  // namespace tessera::proto

@@ -49,6 +49,31 @@ TEST_F(ImportFile, ReadsEachFormat) {
             1U);
 }
 
+TEST_F(ImportFile, SmoothsMeshesWithoutNormalsWhereItIsAsked) {
+  // Two triangles, bent by 45 degrees.
+  const std::string obj = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 1\n", faces = "f 1 3 2\nf 1 2 4\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n"
+      "property list uchar int vertex_indices\nend_header\n0 0 0 0 1 0 1 0 0 -1 0 1\n3 0 2 1 3 0 1 3\n";
+  const std::string stl =
+      "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nfacet\nouter loop\n"
+      "vertex 0 0 0\nvertex 0 1 0\nvertex -1 0 1\nendloop\nendfacet\nendsolid\n";
+  const auto normals = [&](const std::string& text, FileFormat format, ImportOptions options) {
+    std::ofstream(folder_ / "file", std::ios::binary) << text;
+    const auto file = import_file(folder_ / "file", format, "shown", nullptr, {}, options);
+    std::size_t count = 0;
+    for (const ImportedPart& part : file->parts) count += std::get<TriangleMesh>(part.shape).normals.size();
+    return count;
+  };
+  for (const auto& [text, format] :
+       {std::pair(obj + faces, FileFormat::obj), std::pair(ply, FileFormat::ply), std::pair(stl, FileFormat::stl)}) {
+    EXPECT_EQ(normals(text, format, {}), 0U);
+    EXPECT_EQ(normals(text, format, {.smooth = 50}), 4U);
+    EXPECT_EQ(normals(text, format, {.smooth = 40}), 6U) << "the edge is sharp";
+  }
+  EXPECT_EQ(normals(obj + "s 1\n" + faces, FileFormat::obj, {.smooth = 0}), 4U) << "the file says how smooth it is";
+}
+
 TEST_F(ImportFile, GivesABrokenFileAsAProblemWithItsPlace) {
   for (const FileFormat format : {FileFormat::nff, FileFormat::obj, FileFormat::ply}) {
     const Result<Imported> result = import(format == FileFormat::ply ? "ply\nf what\n" : "f what\n", format);

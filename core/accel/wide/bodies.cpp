@@ -165,12 +165,18 @@ PrimitiveId Bodies::left(PrimitiveId id) const {
   return {body_of_[id.object], first_triangle_[id.object] + id.primitive};
 }
 
-PrimitiveId Bodies::of_object(PrimitiveId id) const {
+Bodies::Member Bodies::member_at(PrimitiveId id) const {
   const Run& run = runs_[id.object];
-  if (run.joined == kAlone) return {run.first, id.primitive};
+  if (run.joined == kAlone) return {run.first, id.object, 0, 0xFFFFFFFF, false};
   const auto begins = std::span(first_triangle_).subspan(run.first, run.count);
-  const std::uint32_t object = run.first + joined_[run.joined].part_of(id.primitive, begins);
-  return {object, is_quad_[object] ? 0 : id.primitive - first_triangle_[object]};
+  const std::uint32_t at = joined_[run.joined].part_of(id.primitive, begins), object = run.first + at;
+  const std::uint32_t end = at + 1 < run.count ? begins[at + 1] : 0xFFFFFFFF;
+  return {object, id.object, begins[at], end - begins[at], is_quad_[object] != 0};
+}
+
+PrimitiveId Bodies::of_object(PrimitiveId id) const {
+  const Member member = member_at(id);
+  return {member.object, member.is_quad ? 0 : id.primitive - member.first};
 }
 
 std::vector<std::uint32_t> Bodies::of_objects(std::span<const std::uint32_t> objects) const {

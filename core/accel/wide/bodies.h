@@ -58,6 +58,13 @@ class Bodies {
   PrimitiveId left(PrimitiveId id) const;
   /// The first primitive of an object, as its body's. Here and below some bodies are joined.
   PrimitiveId first_of(std::uint32_t object) const { return {body_of_[object], first_triangle_[object]}; }
+  /// An object, and which primitives of its body it has.
+  struct Member {
+    std::uint32_t object, body, first, count;
+    bool is_quad;  ///< Whose two triangles are its one primitive.
+  };
+  /// Whose a body's primitive is.
+  Member member_at(PrimitiveId id) const;
   /// What is hit, as its object's.
   PrimitiveId of_object(PrimitiveId id) const;
   /// The bodies of some objects, both ascending.

@@ -68,11 +68,13 @@ std::optional<Hit> JoinedAccel::of_object(std::optional<Hit> hit) const {
 }
 
 void JoinedAccel::to_objects(std::span<Hit> hits) const {
+  Bodies::Member member{};  // neighbours often hit the same
   for (Hit& hit : hits) {
     if (hit.t == kInfinity) continue;
-    const PrimitiveId id = bodies().of_object({hit.object, hit.primitive});
-    hit.object = id.object;
-    hit.primitive = id.primitive;
+    if (hit.object != member.body || hit.primitive - member.first >= member.count)
+      member = bodies().member_at({hit.object, hit.primitive});
+    hit.object = member.object;
+    hit.primitive = member.is_quad ? 0 : hit.primitive - member.first;
   }
 }
 

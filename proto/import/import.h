@@ -52,9 +52,9 @@ struct Imported {
 
 /// What a document may say of a file.
 struct ImportOptions {
-  std::optional<float> smooth;         ///< Meshes without normals get some; edges that bend by more degrees stay sharp.
-  std::optional<std::string> variant;  ///< Of glTF's materials, by name.
-  std::optional<std::uint32_t> scene;  ///< Of a glTF file with several.
+  std::optional<float> smooth = {};  ///< Meshes without normals get some; edges that bend by more degrees stay sharp.
+  std::optional<std::string> variant = {};  ///< Of glTF's materials, by name.
+  std::optional<std::uint32_t> scene = {};  ///< Of a glTF file with several.
   bool operator==(const ImportOptions&) const = default;
 };
 

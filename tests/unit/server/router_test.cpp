@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "server/config.h"
+
 namespace tessera::server {
 namespace {
 
@@ -17,7 +19,7 @@ Request request_of(std::string method, std::string_view target) {
 
 /// The pattern of the route that was found, or the status of the refusal.
 std::string found(Request request) {
-  const auto result = find_route(request);
+  const auto result = find_route(Config{}, request);
   if (const auto* route = std::get_if<const Route*>(&result)) return std::string((*route)->pattern);
   return std::to_string(std::get<Response>(result).status);
 }
@@ -33,7 +35,7 @@ TEST(Router, FindsByMethodAndPath) {
 
 TEST(Router, HandsOverTheParameter) {
   Request request = request_of("DELETE", "/v1/jobs/a%20b");
-  ASSERT_TRUE(std::holds_alternative<const Route*>(find_route(request)));
+  ASSERT_TRUE(std::holds_alternative<const Route*>(find_route(Config{}, request)));
   EXPECT_EQ(request.parameter, "a b");
 }
 
@@ -48,7 +50,7 @@ TEST(Router, AHashIsAHash) {
 
 TEST(Router, AnotherMethodIsToldWhichThereAre) {
   Request request = request_of("PATCH", "/v1/jobs");
-  const auto result = find_route(request);
+  const auto result = find_route(Config{}, request);
   const Response& response = std::get<Response>(result);
   EXPECT_EQ(response.status, 405);
   EXPECT_EQ(response.headers.back(), std::pair(std::string("Allow"), std::string("POST, GET, HEAD, OPTIONS")));
@@ -56,13 +58,13 @@ TEST(Router, AnotherMethodIsToldWhichThereAre) {
 
 TEST(Router, OptionsAreAnswered) {
   Request request = request_of("OPTIONS", "/v1/jobs");
-  auto result = find_route(request);
+  auto result = find_route(Config{}, request);
   const Response response = std::get<Response>(result);
   EXPECT_EQ(response.status, 204);
   EXPECT_EQ(response.headers.back().second, "POST, GET, HEAD, OPTIONS");
   EXPECT_EQ(found(request_of("OPTIONS", "/v2")), "404");
   request.target = {};  // The server's.
-  result = find_route(request);
+  result = find_route(Config{}, request);
   EXPECT_EQ(std::get<Response>(result).headers.back().second, "PUT, POST, GET, HEAD, DELETE, OPTIONS");
 }
 
@@ -79,7 +81,7 @@ TEST(Router, TakesKnownQueryParametersOnceOnly) {
 
 TEST(Router, TellsAllThatIsWrongWithTheQuery) {
   Request request = request_of("GET", "/v1/jobs?Limit=1&state=queued&state=failed&limit=1&page=2");
-  const auto body = nlohmann::json::parse(std::get<Response>(find_route(request)).body);
+  const auto body = nlohmann::json::parse(std::get<Response>(find_route(Config{}, request)).body);
   std::vector<std::string> pointers;
   for (const auto& error : body["errors"]) pointers.push_back(error["pointer"]);
   EXPECT_EQ(pointers, (std::vector<std::string>{"?Limit", "?state", "?page"}));

@@ -17,9 +17,8 @@ using Names = std::set<std::string>;
 
 nlohmann::json document() { return nlohmann::json::parse(kOpenApiDocument); }
 
-Names parameter_values(const std::string& name) {
-  const nlohmann::json api = document();
-  for (const auto& parameter : api["paths"]["/v1/jobs/{id}/image"]["get"]["parameters"])
+Names parameter_values(const std::string& name, const nlohmann::json& route) {
+  for (const auto& parameter : route["parameters"])
     if (parameter["name"] == name) return parameter["schema"]["enum"].get<Names>();
   return {};
 }
@@ -51,9 +50,12 @@ TEST(OpenApi, ListsTheImagesThatThereAre) {
   for (const PlaneEntry& entry : plane_table())
     if (!entry.name.empty()) planes.emplace(entry.name);
   for (const auto& choice : tone_map_names()) tone_maps.emplace(choice.name);
-  EXPECT_EQ(parameter_values("format"), formats);
-  EXPECT_EQ(parameter_values("tone_map"), tone_maps);
-  EXPECT_EQ(parameter_values("aov"), planes);
+  const nlohmann::json paths = document()["paths"];
+  for (const auto& route : {paths["/v1/jobs/{id}/image"]["get"], paths["/v1/render"]["post"]}) {
+    EXPECT_EQ(parameter_values("format", route), formats);
+    EXPECT_EQ(parameter_values("tone_map", route), tone_maps);
+    EXPECT_EQ(parameter_values("aov", route), planes);
+  }
 }
 
 }  // namespace

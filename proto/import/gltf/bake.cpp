@@ -1,7 +1,9 @@
 #include "proto/import/gltf/bake.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace tessera::proto {
@@ -30,6 +32,28 @@ bool is_translation(const Rows& m) {
   return linear == kIdentity;
 }
 
+void turn_over(TriangleMesh& mesh) {
+  for (TriangleIndices& t : mesh.triangles) std::swap(t[1], t[2]);
+}
+
+/// Nothing where a joint isn't there. Weights are fractions of their sum; without any the first joint counts.
+std::optional<Rows> mean_of(std::span<const Rows> joints, const std::array<float, 4>& which,
+                            const std::array<float, 4>& weights) {
+  Rows mean{};
+  double sum = 0;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    const double weight = weights[i];
+    if (!(weight > 0)) continue;
+    if (which[i] >= static_cast<float>(joints.size())) return std::nullopt;
+    const Rows& joint = joints[static_cast<std::size_t>(which[i])];
+    for (std::size_t k = 0; k < mean.size(); ++k) mean[k] += weight * joint[k];
+    sum += weight;
+  }
+  if (sum == 0) return joints.front();
+  for (double& entry : mean) entry /= sum;
+  return mean;
+}
+
 }  // namespace
 
 void bake(GltfTriangles& triangles, const Rows& to_world, Steps& steps) {
@@ -44,8 +68,29 @@ void bake(GltfTriangles& triangles, const Rows& to_world, Steps& steps) {
   for (Vec3& n : mesh.normals) n = to_float(transform_vector(normals, to_double(n)));
   for (Tangent& t : triangles.attributes.tangents)
     t = {to_float(transform_vector(directions, to_double(t.direction))), t.sign * static_cast<float>(sign)};
-  if (sign < 0)
-    for (TriangleIndices& t : mesh.triangles) std::swap(t[1], t[2]);
+  if (sign < 0) turn_over(mesh);
+}
+
+bool bake_skin(GltfTriangles& triangles, std::span<const Rows> joints, Steps& steps) {
+  TriangleMesh& mesh = triangles.mesh;
+  auto& tangents = triangles.attributes.tangents;
+  bool is_mirrored = false;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    steps.take();
+    const auto map = mean_of(joints, triangles.joints[i], triangles.weights[i]);
+    if (!map) return false;
+    const double sign = determinant(*map) < 0 ? -1 : 1;
+    is_mirrored = sign < 0;
+    mesh.positions[i] = to_float(transform_point(*map, to_double(mesh.positions[i])));
+    const Rows directions = for_directions(*map);
+    if (!mesh.normals.empty())
+      mesh.normals[i] = to_float(transform_vector(for_normals(directions, sign), to_double(mesh.normals[i])));
+    if (!tangents.empty())
+      tangents[i] = {to_float(transform_vector(directions, to_double(tangents[i].direction))),
+                     tangents[i].sign * static_cast<float>(sign)};
+  }
+  if (is_mirrored) turn_over(mesh);
+  return true;
 }
 
 }  // namespace tessera::proto

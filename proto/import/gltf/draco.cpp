@@ -98,6 +98,10 @@ class DracoReader {
     out_.attributes.uvs[1] = read<Vec2>("TEXCOORD_1", primitive_.uvs[1]);
     if (primitive_.normal) out_.attributes.tangents = read<Tangent>("TANGENT", primitive_.tangent);
     read_colors();
+    if (primitive_.joints && primitive_.weights) {
+      out_.joints = read<std::array<float, 4>>("JOINTS_0", primitive_.joints);
+      out_.weights = read<std::array<float, 4>>("WEIGHTS_0", primitive_.weights);
+    }
     if (!file_.errors().empty()) return std::nullopt;
     return std::move(out_);
   }

@@ -16,6 +16,7 @@
 #include "proto/import/gltf/materials.h"
 #include "proto/import/gltf/meshes.h"
 #include "proto/import/gltf/nodes.h"
+#include "proto/import/gltf/skins.h"
 #include "proto/import/gltf/textures.h"
 #include "proto/import/gltf/triangles.h"
 #include "proto/import/gltf/views_and_lights.h"
@@ -77,7 +78,8 @@ class Assembly {
   Assembly(GltfFile& file, GltfBuffers& buffers, Accessors& accessors, GltfMaterials& materials)
       : file_(file), buffers_(buffers), accessors_(accessors), materials_(materials) {}
 
-  void show(const GltfMesh& mesh, const Rows& to_world) {
+  /// `joints` are those of a skin, in place of `to_world`; empty without.
+  void show(const GltfMesh& mesh, const Rows& to_world, const std::vector<Rows>& joints = {}) {
     for (const Primitive& primitive : mesh.primitives) {
       file_.steps().take();
       if (!primitive.is_surface()) {
@@ -90,8 +92,13 @@ class Assembly {
         continue;
       }
       if (!file_.take(sizeof(ImportedPlacement), primitive.where)) return;
+      if (!joints.empty() && primitive.joints && primitive.weights) {
+        parts_.push_back(
+            {&primitive, joints, {{to_world, materials_.use(primitive.material, primitive.color.has_value())}}});
+        continue;
+      }
       const auto [known, is_new] = known_.try_emplace(key(primitive), parts_.size());
-      if (is_new) parts_.push_back({&primitive, {}});
+      if (is_new) parts_.push_back({&primitive, {}, {}});
       parts_[known->second].places.push_back(
           {to_world, materials_.use(primitive.material, primitive.color.has_value())});
     }
@@ -113,6 +120,7 @@ class Assembly {
   };
   struct Part {
     const Primitive* primitive;
+    std::vector<Rows> joints;
     std::vector<Place> places;
   };
 
@@ -135,7 +143,12 @@ class Assembly {
     auto triangles = read_triangles(*part.primitive, accessors_, buffers_, file_);
     if (!triangles) return;
     const bool is_baked = part.places.size() == 1;
-    if (is_baked) {
+    if (!part.joints.empty()) {
+      if (!bake_skin(*triangles, part.joints, file_.steps())) {
+        where.error("A vertex names a joint that its skin doesn't have.");
+        return;
+      }
+    } else if (is_baked) {
       if (!Transform::from_rows(part.places.front().to_world)) return note_flat(where);
       bake(*triangles, part.places.front().to_world, file_.steps());
     }
@@ -204,9 +217,9 @@ Imported import_gltf(std::string_view bytes, std::string_view file_name, const C
   const auto meshes = read_meshes(file, buffers, accessors, materials.used_uvs(), find_variant(file, options.variant));
   const auto cameras = read_cameras(file);
   const auto lights = read_lights(file);
+  const auto skins = read_skins(file, accessors, file.root().array("nodes").size());
   const GltfNodes nodes =
-      read_nodes(file, accessors, {meshes.size(), cameras.size(), lights.size(), file.root().array("skins").size()},
-                 options.scene);
+      read_nodes(file, accessors, {meshes.size(), cameras.size(), lights.size(), skins.size()}, options.scene);
   for (const GltfNode& node : nodes.nodes) check_node(node, meshes);
   file.refuse_if_broken();
 
@@ -215,7 +228,13 @@ Imported import_gltf(std::string_view bytes, std::string_view file_name, const C
   for (const std::uint32_t i : nodes.in_scene) {
     const GltfNode& node = nodes.nodes[i];
     const Rows& to_world = *node.to_world;
-    if (node.light) out.lights.push_back(placed(lights[*node.light], to_world));
+    if (node.light) {
+      if (const auto light = placed(lights[*node.light], to_world)) {
+        out.lights.push_back(*light);
+      } else {
+        file.note(node.where, "A light is left out: its node's matrix gives it no place or direction");
+      }
+    }
     if (node.camera) {
       const GltfCamera& camera = cameras[*node.camera];
       const auto name = node.where.member("name");
@@ -228,9 +247,14 @@ Imported import_gltf(std::string_view bytes, std::string_view file_name, const C
     if (!node.mesh) continue;
     const GltfMesh& mesh = meshes[*node.mesh];
     if (mesh.targets > 0) file.note(node.where, "A mesh with morph targets is shown without them");
-    if (node.skin) file.note(node.where, "A mesh with a skin is shown as if it had none");
-    if (node.instances.empty()) assembly.show(mesh, to_world);
-    for (const Rows& instance : node.instances) assembly.show(mesh, to_world * instance);
+    if (node.skin) {
+      file.note(node.where, "A mesh with a skin is shown as its joints stand before any animation");
+      assembly.show(mesh, to_world, joint_maps(skins[*node.skin], nodes, accessors, file, node.where));
+    } else if (node.instances.empty()) {
+      assembly.show(mesh, to_world);
+    }
+    for (const Rows& instance : node.instances)
+      if (!node.skin) assembly.show(mesh, to_world * instance);
     file.refuse_if_broken();
   }
   assembly.finish(out);

@@ -1,7 +1,9 @@
 #include <array>
+#include <limits>
 #include <numbers>
 #include <variant>
 
+#include "core/geometry/triangle_mesh.h"
 #include "proto/import/gltf/views_and_lights.h"
 #include "proto/read_values.h"
 
@@ -54,15 +56,17 @@ std::vector<Light> read_lights(GltfFile& file) {
   return lights;
 }
 
-Light placed(const Light& light, const Rows& to_world) {
+std::optional<Light> placed(const Light& light, const Rows& to_world) {
   const Vec3 position = to_float(transform_point(to_world, {}));
-  const UnitVec3 direction = UnitVec3::normalize(transform_vector(to_world, {0, 0, -1})).value_or(-UnitVec3::z());
+  const auto direction = UnitVec3::normalize(transform_vector(to_world, {0, 0, -1}));
+  if (!(max_component(abs(position)) <= kLargestCoordinate)) return std::nullopt;
+  if (!direction && !std::holds_alternative<PointLight>(light)) return std::nullopt;
   Light out = light;
   if (auto* point = std::get_if<PointLight>(&out)) point->position = position;
-  if (auto* sun = std::get_if<DirectionalLight>(&out)) sun->direction = direction;
+  if (auto* sun = std::get_if<DirectionalLight>(&out)) sun->direction = *direction;
   if (auto* spot = std::get_if<SpotLight>(&out)) {
     spot->position = position;
-    spot->direction = direction;
+    spot->direction = *direction;
   }
   return out;
 }

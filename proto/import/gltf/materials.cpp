@@ -47,7 +47,9 @@ class GltfMaterials::Reader {
   static Rgb absorption(const std::array<float, 3>& left, float distance) {
     const auto taken = [distance](float share) {
       constexpr float kLeast = 1e-4F;
-      return static_cast<float>(-portable_log2(std::max(share, kLeast)) * std::numbers::ln2 / distance);
+      constexpr double kMost = 1e18;
+      return static_cast<float>(
+          std::min(-portable_log2(std::max(share, kLeast)) * std::numbers::ln2 / distance, kMost));
     };
     return {taken(left[0]), taken(left[1]), taken(left[2])};
   }
@@ -121,6 +123,7 @@ class GltfMaterials::Reader {
     if (const auto coat = find("KHR_materials_clearcoat")) read_clearcoat(*coat, layers);
     if (const auto sheen = find("KHR_materials_sheen")) read_sheen(*sheen, layers);
     if (are_there) out_.material.surface = layers;
+    if (!lets_light_in(out_.material.surface)) out_.material.absorption = {};
     if (object.extension("KHR_materials_unlit")) make_unlit(base);
   }
 
@@ -173,7 +176,7 @@ class GltfMaterials::Reader {
 
   /// It shows its colour and nothing else.
   void make_unlit(const MetallicRoughness& base) {
-    out_.material.surface = Diffuse{base.base_color};
+    out_.material.surface = Unlit{base.base_color};
     out_.material.emission = {};
     std::erase_if(out_.textures, [](const Use& use) {
       return use.use.slot != TextureSlot::base_color && use.use.slot != TextureSlot::alpha;

@@ -56,6 +56,10 @@ class TriangleReader {
       out_.attributes.uvs[set] = read<Vec2>(primitive_.uvs[set]);
     if (primitive_.normal) out_.attributes.tangents = read<Tangent>(primitive_.tangent);
     read_colors();
+    if (primitive_.joints && primitive_.weights) {
+      out_.joints = read<std::array<float, 4>>(primitive_.joints);
+      out_.weights = read<std::array<float, 4>>(primitive_.weights);
+    }
     if (!file_.errors().empty()) return std::nullopt;
     return std::move(out_);
   }
@@ -66,6 +70,7 @@ class TriangleReader {
     if (primitive_.normal) bytes += sizeof(Vec3);
     if (primitive_.normal && primitive_.tangent) bytes += sizeof(Tangent);
     if (primitive_.color) bytes += 2 * sizeof(std::array<float, 4>);
+    if (primitive_.joints) bytes += 2 * sizeof(std::array<float, 4>);
     for (const auto& uv : primitive_.uvs) bytes += uv ? sizeof(Vec2) : 0;
     return bytes;
   }

@@ -11,8 +11,8 @@ namespace tessera::proto {
 struct GltfTriangles {
   TriangleMesh mesh;
   MeshAttributes attributes;
-  std::vector<std::array<std::uint16_t, 4>> joints;
-  std::vector<std::array<float, 4>> weights;
+  std::vector<std::array<float, 4>> joints = {};   ///< Of a mesh with a skin: which joints, whole numbers,
+  std::vector<std::array<float, 4>> weights = {};  ///< and how much of each.
 };
 
 /// The triangles of a primitive that is a surface, with the attributes of their vertices, as they stand in the file:

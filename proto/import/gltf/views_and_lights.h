@@ -13,8 +13,8 @@ namespace tessera::proto {
 /// KHR_lights_punctual: the document's lights, at the origin, shining along −z.
 std::vector<Light> read_lights(GltfFile& file);
 
-/// A light where a node puts it: its place and direction count, its scale doesn't.
-Light placed(const Light& light, const Rows& to_world);
+/// A light where a node puts it: its place and direction count, its scale doesn't. Nothing where that leaves it none.
+std::optional<Light> placed(const Light& light, const Rows& to_world);
 
 /// A camera of the document, at the origin, looking along −z.
 struct GltfCamera {

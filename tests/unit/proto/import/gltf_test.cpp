@@ -332,6 +332,26 @@ TEST(Gltf, InstancesOfAnExtensionArePlaced) {
   EXPECT_EQ(imported.placements[1].placement->point_to_world({1, 1, 1}), (Vec3d{2, 4, 7}));
 }
 
+TEST(Gltf, AMeshWithASkinStandsAsItsJointsDo) {
+  GltfBuilder file = triangle();
+  file.primitive()["attributes"]["JOINTS_0"] =
+      file.add_accessor(std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0}, "VEC4", GltfBuilder::kUint8, 4);
+  file.primitive()["attributes"]["WEIGHTS_0"] = file.add_floats({1, 0, 0, 0, 1, 0, 0, 0, 0.5, 0.5, 0, 0}, 4);
+  // The second joint's space lies one to the right of the mesh's.
+  const std::size_t binds = file.add_floats(
+      {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1}, 4);
+  file.json["accessors"][binds]["type"] = "MAT4";
+  file.json["accessors"][binds]["count"] = 2;
+  file.json["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", binds}}};
+  file.json["nodes"] = {{{"mesh", 0}, {"skin", 0}, {"translation", {100, 0, 0}}},  // which doesn't count
+                        {{"translation", {0, 0, 3}}},
+                        {{"translation", {5, 0, 0}}}};
+  file.json["scenes"][0]["nodes"] = {0, 1, 2};
+  EXPECT_EQ(mesh(read(file)).positions, (Positions{{0, 0, 3}, {5, 0, 0}, {2, 1, 1.5F}}));
+  file.json["skins"][0]["joints"] = {1};
+  EXPECT_EQ(place_of_error(file), "a.glb/meshes/0/primitives/0");
+}
+
 TEST(Gltf, ADeepTreeIsWalkedAndALoopRefused) {
   GltfBuilder file = triangle();
   constexpr int kDepth = 100'000;

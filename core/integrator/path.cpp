@@ -81,6 +81,8 @@ void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::spa
   std::ranges::fill(out.radiance, Rgb());
   paths_.clear();
   rays_.clear();
+  paths_.reserve(samples.size());
+  rays_.reserve(samples.size());
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     paths_.push_back({.numbers = sampler_.at(samples[i]), .sum = i});
     rays_.push_back(rays[i]);

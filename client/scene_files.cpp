@@ -153,7 +153,30 @@ class Walk {
       file["format"] = format;
     }
     put_blob(file, *path);
-    if (file["format"] == "obj" && !file.contains("companions")) add_companions(file, *path);
+    if (file.contains("companions")) return;
+    if (file["format"] == "obj") add_companions(file, *path);
+    if (file["format"] == "ply") add_texture(file, *path);
+  }
+
+  /// Of a PLY file's header, which begins it.
+  void add_texture(json& file, const fs::path& ply) {
+    std::string head(proto::kFileHead, '\0');
+    std::ifstream bytes(ply, std::ios::binary);
+    bytes.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(bytes.gcount()));
+    std::vector<fs::path> outside;
+    proto::TextureSearch search(
+        [&](const std::string& name) { return take_companion(file, ply, name, outside).has_value(); });
+    for (std::string_view rest = head; !rest.empty();) {
+      const std::string_view line = rest.substr(0, rest.find_first_of("\r\n"));
+      if (line.starts_with("end_header")) return;
+      const std::string_view name = proto::ply_texture_file(line);
+      if (!name.empty()) {
+        if (!search.look_for("", name)) note_outside("texture", outside);
+        return;  // as the server, who reads one
+      }
+      rest.remove_prefix(std::min(line.size() + 1, rest.size()));
+    }
   }
 
   void add_companions(json& file, const fs::path& obj) {

@@ -33,7 +33,7 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
     case FileFormat::nff:
       return import_nff(bytes, name, stop);
     case FileFormat::ply:
-      return import_ply(bytes, name, stop);
+      return import_ply(bytes, name, companions, stop, texture_bytes);
     case FileFormat::obj:
       return import_obj(std::move(bytes), name, companions, stop, texture_bytes);
     case FileFormat::gltf:

@@ -2,45 +2,81 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <filesystem>
+#include <functional>
 #include <limits>
+#include <memory>
+#include <string>
 #include <utility>
 
+#include "core/io/display_curve.h"
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
 #include "proto/import/mesh_repair.h"
 #include "proto/import/ply_body.h"
 #include "proto/import/ply_header.h"
 #include "proto/import/polygon.h"
+#include "proto/import/texture_files.h"
+#include "proto/wire/material_textures.h"
 
 namespace tessera::proto {
 namespace {
 
 bool is_index_list(const PlyProperty& p) { return p.name == "vertex_indices" || p.name == "vertex_index"; }
 
-/// The coordinate that a vertex property holds: 0..2 of the position, 3..5 of the normal; 6 for none.
-std::size_t coordinate_of(const PlyProperty& p) {
-  constexpr std::array<std::string_view, 6> kNames{"x", "y", "z", "nx", "ny", "nz"};
-  if (p.count_type) return kNames.size();
-  return static_cast<std::size_t>(std::find(kNames.begin(), kNames.end(), p.name) - kNames.begin());
+/// What a vertex property holds: numbers of these, one after the other.
+enum Column : std::size_t { kPosition = 0, kNormal = 3, kTexcoord = 6, kColor = 8, kAlpha = 11, kNoColumn = 12 };
+
+std::size_t column_of(const PlyProperty& p) {
+  constexpr std::array<std::array<std::string_view, 3>, kNoColumn> kNames{{{"x"},
+                                                                           {"y"},
+                                                                           {"z"},
+                                                                           {"nx"},
+                                                                           {"ny"},
+                                                                           {"nz"},
+                                                                           {"s", "u", "texture_u"},
+                                                                           {"t", "v", "texture_v"},
+                                                                           {"red", "diffuse_red", "r"},
+                                                                           {"green", "diffuse_green", "g"},
+                                                                           {"blue", "diffuse_blue", "b"},
+                                                                           {"alpha", "diffuse_alpha", "a"}}};
+  if (p.count_type) return kNoColumn;
+  return static_cast<std::size_t>(
+      std::ranges::find_if(kNames, [&](const auto& names) { return std::ranges::find(names, p.name) != names.end(); }) -
+      kNames.begin());
 }
+
+/// What counts as 1 of a colour's number; of floats it shows once all are known.
+float brightest_of(PlyScalar type) { return type == PlyScalar::uint16 ? 65535 : 255; }
 
 template <typename Body>
 class PlyReader {
  public:
-  PlyReader(const PlyHeader& header, Body body, std::string_view file_name, std::stop_token stop)
-      : steps_(std::move(stop)), header_(header), body_(body), file_name_(file_name), notes_(file_name) {}
+  PlyReader(const PlyHeader& header, Body body, std::string_view file_name, TextureFiles::Opened texture,
+            ImportNotes notes, std::stop_token stop)
+      : steps_(std::move(stop)),
+        header_(header),
+        body_(body),
+        file_name_(file_name),
+        texture_(std::move(texture)),
+        notes_(std::move(notes)) {}
 
   Imported read() {
     check_header();
     read_elements();
 
     Imported result;
+    finish_attributes();
     repair_mesh(mesh_, notes_);
     if (mesh_.triangles.empty()) {
       notes_.add("The file has no triangles");
       if (has_faces_) refuse();
     } else {
+      if (has_texcoords_ || has_colors_)
+        mesh_.attributes = std::make_shared<const MeshAttributes>(std::move(attributes_));
       result.parts.push_back({std::move(mesh_), std::nullopt});
+      if (has_texcoords_ || has_colors_) add_material(result);
     }
     result.warnings = notes_.warnings();
     return result;
@@ -77,15 +113,37 @@ class PlyReader {
   }
 
   void check_vertex(const PlyElement& vertex) {
-    std::array<bool, 7> has{};
-    std::string unused;
-    for (const PlyProperty& property : vertex.properties) has[coordinate_of(property)] = true;
-    if (!has[0] || !has[1] || !has[2]) fail(vertex.line, "The element \"vertex\" needs properties x, y and z");
-    has_normals_ = has[3] && has[4] && has[5];
+    std::array<bool, kNoColumn + 1> has{};
     for (const PlyProperty& property : vertex.properties) {
-      if (coordinate_of(property) >= (has_normals_ ? 6U : 3U)) unused += ' ' + property.name;
+      const std::size_t column = column_of(property);
+      columns_.push_back(std::exchange(has[column], true) ? std::size_t{kNoColumn} : column);
+    }
+    const auto has_all = [&](Column first, std::size_t count) {
+      return std::all_of(has.begin() + first, has.begin() + first + static_cast<std::ptrdiff_t>(count),
+                         std::identity());
+    };
+    if (!has_all(kPosition, 3)) fail(vertex.line, "The element \"vertex\" needs properties x, y and z");
+    has_normals_ = has_all(kNormal, 3);
+    has_texcoords_ = texture_.image && has_all(kTexcoord, 2);
+    has_colors_ = !has_texcoords_ && has_all(kColor, 3);
+    has_alpha_ = has_colors_ && has[kAlpha];
+    if (texture_.image && !has_texcoords_)
+      notes_.add("The file names a texture, but its vertices have no texture coordinates");
+    std::string unused;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (is_wanted(columns_[i])) continue;
+      columns_[i] = kNoColumn;
+      unused += ' ' + vertex.properties[i].name;
     }
     note_unused(vertex, unused);
+  }
+
+  bool is_wanted(std::size_t column) const {
+    if (column < kNormal) return true;
+    if (column < kTexcoord) return has_normals_;
+    if (column < kColor) return has_texcoords_;
+    if (column < kAlpha) return has_colors_;
+    return column == kAlpha && has_alpha_;
   }
 
   void check_faces(const PlyElement& faces) {
@@ -189,15 +247,74 @@ class PlyReader {
   void read_vertices(const PlyElement& element, std::uint64_t following) {
     mesh_.positions.resize(element.count);
     if (has_normals_) mesh_.normals.resize(element.count);
-    std::vector<std::size_t> coordinates;
-    for (const PlyProperty& property : element.properties) coordinates.push_back(coordinate_of(property));
+    if (has_texcoords_) attributes_.uvs[0].resize(element.count);
+    if (has_colors_) attributes_.colors.resize(element.count, {1, 1, 1, 1});
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      if (columns_[i] >= kColor && columns_[i] < kNoColumn)
+        color_types_[columns_[i] - kColor] = element.properties[i].type;
     for_each(element, following, [&](std::size_t i) {
-      const std::size_t coordinate = coordinates[i];
-      if (coordinate >= (has_normals_ ? 6U : 3U)) return false;
-      Vec3& target = coordinate < 3 ? mesh_.positions[index_] : mesh_.normals[index_];
-      target[static_cast<int>(coordinate % 3)] = body_.number(element.properties[i].type);
+      const std::size_t column = columns_[i];
+      if (column == kNoColumn) return false;
+      const float number = body_.number(element.properties[i].type);
+      if (column < kNormal) {
+        mesh_.positions[index_][static_cast<int>(column)] = number;
+      } else if (column < kTexcoord) {
+        mesh_.normals[index_][static_cast<int>(column - kNormal)] = number;
+      } else if (column < kColor) {
+        (column == kTexcoord ? attributes_.uvs[0][index_].x : attributes_.uvs[0][index_].y) = number;
+      } else {
+        attributes_.colors[index_][column - kColor] = number;
+      }
       return true;
     });
+  }
+
+  /// From what is written to what `MeshAttributes` holds.
+  void finish_attributes() {
+    for (Vec2& uv : attributes_.uvs[0]) {
+      const bool is_finite = std::isfinite(uv.x) && std::isfinite(uv.y);
+      if (!is_finite) notes_.add("A texture coordinate that isn't finite counts as 0 0");
+      uv = is_finite ? Vec2{uv.x, 1 - uv.y} : Vec2{0, 1};
+    }
+    if (!has_colors_) return;
+    for (std::size_t i = 0; i < (has_alpha_ ? 4U : 3U); ++i) {
+      const double brightest = brightest_written(i);
+      for (auto& color : attributes_.colors) {
+        const double share = color[i] / brightest;
+        color[i] = i < 3 ? light_of_encoded(share) : static_cast<float>(share > 0 ? std::min(share, 1.0) : 0);
+      }
+    }
+    const auto alpha_of = [](const auto& color) { return color[3]; };
+    if (std::ranges::all_of(
+            attributes_.colors, [](float a) { return a == 0; }, alpha_of)) {
+      notes_.add("An alpha that is 0 everywhere is taken for none");
+      for (auto& color : attributes_.colors) color[3] = 1;
+    }
+    has_alpha_ = std::ranges::any_of(
+        attributes_.colors, [](float a) { return a < 1; }, alpha_of);
+  }
+
+  /// The number that counts as 1 in colours; floats are up to 1, or else up to 255.
+  double brightest_written(std::size_t channel) {
+    const PlyScalar type = color_types_[channel];
+    if (type < PlyScalar::float32) return brightest_of(type);
+    const std::size_t first = channel < 3 ? 0 : 3, end = channel < 3 ? 3 : 4;
+    for (const auto& color : attributes_.colors)
+      for (std::size_t i = first; i < end; ++i)
+        if (color_types_[i] >= PlyScalar::float32 && color[i] > 1) return 255;
+    return 1;
+  }
+
+  void add_material(Imported& result) {
+    Material material{.surface = Diffuse{{1, 1, 1}}};
+    material.has_vertex_colors = has_colors_;
+    material.has_vertex_alpha = has_alpha_;
+    if (has_texcoords_) {
+      material.textures.push_back({TextureSlot::base_color});
+      result.textures.push_back({.image = texture_.image, .is_srgb = !texture_.is_linear});
+    }
+    result.materials.push_back(std::move(material));
+    result.parts.back().material = 0;
   }
 
   void read_faces(const PlyElement& element, std::uint64_t following) {
@@ -263,8 +380,12 @@ class PlyReader {
   const PlyHeader& header_;
   Body body_;
   std::string_view file_name_;
+  TextureFiles::Opened texture_;  ///< Without an image where there is none.
   ImportNotes notes_;
-  bool has_normals_ = false;
+  bool has_normals_ = false, has_texcoords_ = false, has_colors_ = false, has_alpha_ = false;
+  std::vector<std::size_t> columns_;  ///< Of the vertices' properties.
+  std::array<PlyScalar, 4> color_types_{};
+  MeshAttributes attributes_;
   TriangleMesh mesh_;
   std::uint64_t index_ = 0;  ///< Of the element that is being read.
   bool has_faces_ = false;   ///< Whether there is a face, usable or not.
@@ -273,14 +394,43 @@ class PlyReader {
   std::vector<FieldError> errors_;
 };
 
+/// The image that the header names; null, with a note, where it isn't there or can't be used.
+TextureFiles::Opened open_image(const PlyHeader& header, const CompanionSource& companions, std::uint64_t texture_bytes,
+                                const std::stop_token& stop, ImportNotes& notes) {
+  if (header.texture_files.empty()) return {};
+  if (header.texture_files.size() > 1) notes.add("Of the textures that the file names the first one is used");
+  const std::string& written = header.texture_files.front();
+  std::filesystem::path path;
+  TextureSearch search([&](const std::string& name) {
+    const auto found = companions ? companions(name) : std::nullopt;
+    if (found) path = *found;
+    return found.has_value();
+  });
+  const std::string called = "The texture \"" + written.substr(0, 80) + '"';
+  const auto name = search.look_for("", written);
+  if (!name) {
+    notes.add(called + " isn't there");
+    return {};
+  }
+  TextureFiles files(texture_bytes, stop);
+  TextureFiles::Opened opened = files.open(path, *name);
+  if (!opened.image) notes.add(called + " can't be used: " + opened.problem);
+  return opened;
+}
+
 }  // namespace
 
-Imported import_ply(std::string_view bytes, std::string_view file_name, std::stop_token stop) {
+Imported import_ply(std::string_view bytes, std::string_view file_name, const CompanionSource& companions,
+                    std::stop_token stop, std::uint64_t texture_bytes) {
   const PlyHeader header = read_ply_header(bytes, file_name);
+  ImportNotes notes(file_name);
+  const auto image = open_image(header, companions, texture_bytes, stop, notes);
   if (header.encoding == PlyEncoding::ascii) {
-    return PlyReader(header, PlyTextBody(bytes, header, file_name), file_name, std::move(stop)).read();
+    return PlyReader(header, PlyTextBody(bytes, header, file_name), file_name, image, std::move(notes), std::move(stop))
+        .read();
   }
-  return PlyReader(header, PlyBinaryBody(bytes, header, file_name), file_name, std::move(stop)).read();
+  return PlyReader(header, PlyBinaryBody(bytes, header, file_name), file_name, image, std::move(notes), std::move(stop))
+      .read();
 }
 
 }  // namespace tessera::proto

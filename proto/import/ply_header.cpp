@@ -7,6 +7,7 @@
 #include "proto/import/broken_file.h"
 #include "proto/import/numbers.h"
 #include "proto/import/text_cursor.h"
+#include "proto/wire/material_textures.h"
 
 namespace tessera::proto {
 namespace {
@@ -71,6 +72,8 @@ class HeaderReader {
   void read_statement(std::string_view line) {
     TextCursor words(line, TextCursor::kNoComment);
     const std::string_view keyword = words.next();
+    if (const std::string_view file = ply_texture_file(line); !file.empty() && header_.texture_files.size() < 2)
+      header_.texture_files.emplace_back(file);
     if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return;
     if (++statements_ > kMostStatements) fail("The header has too many statements");
     if (line.size() > kLongestStatement) fail("This statement is too long");

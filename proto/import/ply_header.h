@@ -32,8 +32,9 @@ enum class PlyEncoding { ascii, little_endian, big_endian };
 /// What stands before the body of a PLY file (Turk, "The PLY Polygon File Format", 1994).
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::ascii;
-  std::vector<PlyElement> elements;  ///< With different names, each with properties of different names.
-  std::size_t body = 0;              ///< Offset of the first byte after the header.
+  std::vector<PlyElement> elements;        ///< With different names, each with properties of different names.
+  std::vector<std::string> texture_files;  ///< That comments name, as MeshLab writes them.
+  std::size_t body = 0;                    ///< Offset of the first byte after the header.
   std::size_t body_line = 1;
 };
 

@@ -77,6 +77,13 @@ TextureStatement split_texture_statement(std::string_view arguments) {
   return statement;
 }
 
+std::string_view ply_texture_file(std::string_view line) {
+  const std::vector<std::string_view> words = words_of(line);
+  if (words.size() < 3 || words[0] != "comment" || words[1] != "TextureFile") return {};
+  const char* const end = words.back().data() + words.back().size();
+  return {words[2].data(), static_cast<std::size_t>(end - words[2].data())};
+}
+
 std::optional<std::string> TextureSearch::look_for(std::string_view library, std::string_view file) {
   if (file.empty()) return std::nullopt;
   std::vector<std::string> written{with_slashes(unquoted(file))};

@@ -28,7 +28,11 @@ struct TextureStatement {
 /// Takes the statement apart. Of options that aren't known everything belongs to the name.
 TextureStatement split_texture_statement(std::string_view arguments);
 
-/// Looks for the images that MTL libraries name. Who looks into the same files finds the same ones.
+/// The image that a line of a PLY header names, as MeshLab writes it: "comment TextureFile name". Empty for other
+/// lines.
+std::string_view ply_texture_file(std::string_view line);
+
+/// Looks for the images that MTL libraries and PLY files name. Who looks into the same files finds the same ones.
 class TextureSearch {
  public:
   /// Beyond so many names nothing is looked for.
@@ -37,7 +41,8 @@ class TextureSearch {
   /// `take` is asked for names as `LibrarySearch`'s is.
   explicit TextureSearch(AskedNames::Take take) : names_(std::move(take), kMostNames) {}
 
-  /// The name by which an image was taken that `library`, a name that was taken itself, writes as `file`: from the
+  /// The name by which an image was taken that `library`, a name that was taken itself (empty for the file), writes as
+  /// `file`: from the
   /// library's folder, then from the OBJ file's, then without its folders in the library's; as it is written, then up
   /// to a comment.
   std::optional<std::string> look_for(std::string_view library, std::string_view file);

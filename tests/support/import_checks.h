@@ -107,7 +107,7 @@ inline std::string fault_of_reading(proto::FileFormat format, const std::string&
       case proto::FileFormat::nff:
         return fault_of_import(proto::import_nff(bytes, kName), bytes.size());
       case proto::FileFormat::ply:
-        return fault_of_import(proto::import_ply(bytes, kName), bytes.size());
+        return fault_of_import(proto::import_ply(bytes, kName, companions), bytes.size());
       case proto::FileFormat::stl:
         return fault_of_import(proto::import_stl(bytes, kName), bytes.size());
       case proto::FileFormat::obj:

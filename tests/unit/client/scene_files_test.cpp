@@ -76,6 +76,19 @@ TEST_F(SceneFiles, BringsTheTexturesThatLibrariesName) {
   EXPECT_TRUE(found.notes.empty());
 }
 
+TEST_F(SceneFiles, BringsTheTextureThatAPlyNames) {
+  write("skin.png", "skin");
+  write("other.png", "other");
+  write("a.ply", "ply\r\ncomment TextureFile  .\\skin.png\r\ncomment TextureFile other.png\r\nend_header\r\n");
+  json document = file_object("a.ply");
+  name_files_by_content(document, {.folder = folder_});
+  EXPECT_EQ(document["companions"], json({{"skin.png", proto::content_hash("skin")}}));
+  write("b.ply", "ply\nend_header\ncomment TextureFile skin.png\n");
+  document = file_object("b.ply");
+  name_files_by_content(document, {.folder = folder_});
+  EXPECT_FALSE(document.contains("companions"));
+}
+
 TEST_F(SceneFiles, LeavesTexturesOutsideTheFolder) {
   const auto secret = write("secret.png", "secret");
   write("in/a.obj", "mtllib a.mtl\n");

@@ -1,16 +1,21 @@
 #include "proto/import/ply.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <initializer_list>
 #include <stop_token>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
 #include "proto/import/broken_file.h"
 #include "proto/import/polygon.h"
+#include "tests/support/png_bytes.h"
 
 namespace tessera::proto {
 namespace {
@@ -265,7 +270,8 @@ TEST(Ply, NothingIsQuotedOfAFileThatMayBeAnything) {
 TEST(Ply, StopsWhenNobodyWantsIt) {
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_THROW(import_ply(kTriangleHeader + "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", "a.ply", stop.get_token()), Abandoned);
+  EXPECT_THROW(import_ply(kTriangleHeader + "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", "a.ply", nullptr, stop.get_token()),
+               Abandoned);
 }
 
 TEST(Ply, ATruncatedBinaryFileNamesTheMissingBytes) {
@@ -348,6 +354,106 @@ TEST(Ply, WhatFollowsTheLastElementIsNamed) {
   const std::string text = kTriangleHeader + "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n";
   EXPECT_TRUE(read(text + " \r\n\n").warnings.empty());
   EXPECT_EQ(read(text + "4").warnings.size(), 1U);
+}
+
+std::string colored(const std::string& properties, const std::string& rows, const std::string& comment = "") {
+  return "ply\nformat ascii 1.0\n" + comment + "element vertex 3\n" + kXyz + properties +
+         "element face 1\nproperty list uchar int vertex_indices\nend_header\n" + rows + "3 0 1 2\n";
+}
+const std::string kBytes = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+const std::string kFloats = "property float red\nproperty float green\nproperty float blue\n";
+
+/// sRGB (IEC 61966-2-1).
+double light(double encoded) { return std::pow((encoded + 0.055) / 1.055, 2.4); }
+
+TEST(Ply, ColoursOfVertices) {
+  const Imported file = read(colored(kBytes, "0 0 0 255 51 0\n1 0 0 255 255 255\n1 1 0 0 0 102\n"));
+  EXPECT_TRUE(file.warnings.empty());
+  const auto& colors = mesh(file).attributes->colors;
+  ASSERT_EQ(colors.size(), 3U);
+  EXPECT_EQ(colors[0][0], 1);
+  EXPECT_NEAR(colors[0][1], light(0.2), 1e-6);
+  EXPECT_EQ(colors[1], (std::array<float, 4>{1, 1, 1, 1}));
+  EXPECT_NEAR(colors[2][2], light(0.4), 1e-6);
+  const Material& material = file.materials.at(file.parts.at(0).material.value());
+  EXPECT_EQ(std::get<Diffuse>(material.surface).color, (Rgb{1, 1, 1}));
+  EXPECT_TRUE(material.has_vertex_colors);
+  EXPECT_FALSE(material.has_vertex_alpha);
+}
+
+TEST(Ply, ColoursInEveryForm) {
+  const std::string shorts =
+      "property ushort diffuse_red\nproperty ushort diffuse_green\nproperty ushort diffuse_blue\n";
+  for (const auto& [properties, fifth, most] :
+       {std::tuple(kFloats, "0.2", "1"), std::tuple(kFloats, "51", "255"), std::tuple(kBytes, "51", "255"),
+        std::tuple(shorts, "13107", "65535")}) {
+    const std::string row = std::string(" ") + fifth + " " + most + " 0\n";
+    const Imported file = read(colored(properties, "0 0 0" + row + "1 0 0" + row + "1 1 0" + row));
+    EXPECT_TRUE(file.warnings.empty());
+    EXPECT_NEAR(mesh(file).attributes->colors.at(2)[0], light(0.2), 1e-6) << fifth;
+    EXPECT_EQ(mesh(file).attributes->colors.at(2)[1], 1) << fifth;
+    EXPECT_EQ(mesh(file).attributes->colors.at(2)[2], 0) << fifth;
+  }
+  const Imported odd = read(colored(kFloats, "0 0 0 nan -1 0\n1 0 0 1 1 1\n1 1 0 inf 0 0\n"));
+  EXPECT_EQ(mesh(odd).attributes->colors.at(0), (std::array<float, 4>{0, 0, 0, 1}));
+  const Imported half =
+      read(colored("property uchar red\nproperty uchar green\n", "0 0 0 1 1\n1 0 0 1 1\n1 1 0 1 1\n"));
+  EXPECT_EQ(mesh(half).attributes, nullptr);
+  EXPECT_EQ(half.parts[0].material, std::nullopt);
+  EXPECT_TRUE(half.warnings.at(0).detail.ends_with(": red green"));
+}
+
+TEST(Ply, AlphaOfVertices) {
+  const std::string alpha = kBytes + "property uchar alpha\n";
+  const Imported file = read(colored(alpha, "0 0 0 0 0 0 255\n1 0 0 0 0 0 51\n1 1 0 0 0 0 0\n"));
+  EXPECT_TRUE(file.materials.at(0).has_vertex_alpha);
+  EXPECT_NEAR(mesh(file).attributes->colors.at(1)[3], 0.2, 1e-6) << "no curve";
+  EXPECT_FALSE(
+      read(colored(alpha, "0 0 0 0 0 0 255\n1 0 0 0 0 0 255\n1 1 0 0 0 0 255\n")).materials.at(0).has_vertex_alpha);
+  const Imported none = read(colored(alpha, "0 0 0 0 0 0 0\n1 0 0 0 0 0 0\n1 1 0 0 0 0 0\n"));
+  EXPECT_FALSE(none.materials.at(0).has_vertex_alpha);
+  EXPECT_EQ(mesh(none).attributes->colors.at(1)[3], 1);
+  EXPECT_EQ(none.warnings.at(0).detail, "An alpha that is 0 everywhere is taken for none");
+}
+
+TEST(Ply, TheTextureThatACommentNames) {
+  std::string folder = (std::filesystem::temp_directory_path() / "tessera-test-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  std::ofstream(folder + "/a b.png", std::ios::binary) << png_bytes(3, {255, 0, 0});
+  std::ofstream(folder + "/bad.png", std::ios::binary) << "no image";
+  const auto read_with = [&](const std::string& properties, const std::string& comment) {
+    const std::string rows = "0 0 0 0 0.25\n1 0 0 1 1\n1 1 0 nan 1\n";
+    return import_ply(colored(properties, rows, comment), "a.ply", [&](std::string_view name) {
+      const std::filesystem::path path = std::filesystem::path(folder) / name;
+      return std::filesystem::is_regular_file(path) ? std::optional(path) : std::nullopt;
+    });
+  };
+  for (const char* names : {"s t", "u v", "texture_u texture_v"}) {
+    const std::string u(names, std::strchr(names, ' ')), v = std::strchr(names, ' ') + 1;
+    const std::string properties = "property float " + u + "\nproperty float " + v + "\n";
+    const Imported file = read_with(properties, "comment TextureFile textures\\a b.png\n");
+    ASSERT_EQ(file.warnings.size(), 1U) << names;
+    EXPECT_EQ(file.warnings[0].detail, "A texture coordinate that isn't finite counts as 0 0");
+    EXPECT_EQ(mesh(file).attributes->uvs[0], (std::vector<Vec2>{{0, 0.75F}, {1, 0}, {0, 1}})) << names;
+    EXPECT_EQ(file.materials.at(0).textures.at(0).slot, TextureSlot::base_color);
+    EXPECT_TRUE(file.textures.at(0).is_srgb);
+  }
+  const std::string st = "property float s\nproperty float t\n";
+  const std::pair<const char*, std::string> comments[] = {
+      {"comment TextureFile gone.png\n", "The texture \"gone.png\" isn't there"},
+      {"comment TextureFile bad.png\n",
+       "The texture \"bad.png\" can't be used: It is no image of a kind that is known here "
+       "(PNG, JPEG, WebP, EXR, HDR, TIFF, BMP, Targa)"},
+      {"comment TextureFile \n", "Of the element \"vertex\" is ignored: s t"}};
+  for (const auto& [comment, words] : comments) {
+    const Imported file = read_with(st, comment);
+    EXPECT_TRUE(file.textures.empty());
+    EXPECT_EQ(file.parts.at(0).material, std::nullopt);
+    EXPECT_EQ(file.warnings.at(0).detail, words);
+  }
+  const Imported without = read_with("property float p\nproperty float q\n", "comment TextureFile a b.png\n");
+  EXPECT_EQ(without.warnings.at(0).detail, "The file names a texture, but its vertices have no texture coordinates");
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -32,10 +32,10 @@ struct JobOptions {
 /// "640x480"; nothing when it isn't of that form.
 std::optional<JobOptions::Size> parse_size(std::string_view text);
 
-/// The job document for SCENE: a scene or job document (JSON), "-" for one on standard input, or an OBJ, PLY, STL or NFF
-/// file, which is made a scene; OBJ, PLY and STL get lights, as they bring none. Which it is its content says, its name only
-/// where that doesn't. The options override the document's. Throws `Failure` (local_file) when it can't be read, isn't
-/// JSON, or is a file of another kind.
+/// The job document for SCENE: a scene or job document (JSON), "-" for one on standard input, or an OBJ, PLY, STL or
+/// NFF file, which is made a scene; OBJ, PLY and STL get lights, as they bring none. Which it is its content says, its
+/// name only where that doesn't. The options override the document's. Throws `Failure` (local_file) when it can't be
+/// read, isn't JSON, or is a file of another kind.
 nlohmann::json job_document(const std::string& scene, const JobOptions& options);
 
 /// The folder from which the paths in SCENE are taken.

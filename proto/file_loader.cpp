@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <new>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -183,14 +182,11 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   loaded.identity = {reference.file.hash, reference.format, {}};
   std::vector<SourceFile> assets;  // That are read; blobs never change.
   if (!reference.companions) assets.push_back(reference.file);
-  std::set<std::string> without_folder;  // What was found so.
   const auto companion = [&](std::string_view name) -> std::optional<std::filesystem::path> {
     if (reference.companions) {
       auto given = reference.companions->find(std::string(name));
-      if (given == reference.companions->end()) {  // Forms are often sent without the files' folders.
+      if (given == reference.companions->end())  // Forms are often sent without the files' folders.
         given = reference.companions->find(std::filesystem::path(name).filename().generic_string());
-        if (given != reference.companions->end()) without_folder.emplace(name);
-      }
       if (given == reference.companions->end()) return std::nullopt;
       loaded.identity.companions.emplace(given->first, given->second.hash);
       return given->second.path;
@@ -243,9 +239,6 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   }
   for (SceneWarning& warning : imported->warnings) builder_.warn(std::move(warning));
   if (loaded.parts.empty()) builder_.warn(reference.where, "The file holds no shapes, so nothing of it is seen.");
-  for (const std::string& name : without_folder)
-    builder_.warn(reference.where,
-                  "The file's " + in_quotes(name) + " is the companion of that name without its folders.");
   if (reference.companions) {
     for (const auto& [name, file] : *reference.companions) {
       if (!loaded.identity.companions.contains(name)) {

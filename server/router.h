@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/config.h"
 #include "server/request.h"
 #include "server/response.h"
 #include "server/services.h"

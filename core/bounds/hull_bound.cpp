@@ -120,7 +120,7 @@ Polytope HullBound::join(const Polytope& a, const Polytope& b) const {
 }
 
 bool HullBound::contains(const Polytope& polytope, Vec3 p) const {
-  return polytope.box.contains(p) && std::ranges::all_of(polytope.planes, [&](const Plane& plane) {
+  return polytope.box.contains(p) && std::ranges::all_of(polytope.planes, [&](const HalfSpace& plane) {
            return dot(to_double(plane.normal), to_double(p)) <= plane.offset;
          });
 }

@@ -12,7 +12,7 @@
 namespace tessera {
 
 /// The half-space n·p ≤ offset; `normal` has length 1 to rounding.
-struct Plane {
+struct HalfSpace {
   Vec3 normal;
   float offset = 0;
 };
@@ -20,7 +20,7 @@ struct Plane {
 /// What lies in a box and in all half-spaces; nothing when the box is empty.
 struct Polytope {
   Aabb box;
-  std::vector<Plane> planes;
+  std::vector<HalfSpace> planes;
   double half_area = 0;  ///< Half the surface area, of the convex hull that the polytope is put around.
 };
 
@@ -36,7 +36,7 @@ class HullClipper {
     double enter = -kInfinity, leave = kInfinity;
     if (in_box.lo > enter) enter = in_box.lo;  // and a NaN isn't
     if (in_box.hi < leave) leave = in_box.hi;
-    for (const Plane& plane : polytope.planes) {
+    for (const HalfSpace& plane : polytope.planes) {
       if (enter > leave) return kEmptyInterval;
       const Vec3d n = to_double(plane.normal);
       const double slope = at_least(least_slope_, dot(n, direction_));
@@ -70,7 +70,7 @@ struct HullBound {
   Polytope join(const Polytope& a, const Polytope& b) const;
   bool contains(const Polytope& polytope, Vec3 p) const;
   double cost(const Polytope& polytope) const { return polytope.half_area; }
-  std::size_t bytes(const Polytope& polytope) const { return polytope.planes.capacity() * sizeof(Plane); }
+  std::size_t bytes(const Polytope& polytope) const { return polytope.planes.capacity() * sizeof(HalfSpace); }
   HullClipper clipper(const Ray& ray, const Aabb& reach, Transform::Error placed = {}) const {
     return {ray, reach, placed};
   }

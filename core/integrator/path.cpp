@@ -83,13 +83,20 @@ void PathTracer::begin(std::span<const SampleId> samples, RaySpan rays, std::spa
   rays_.clear();
   paths_.reserve(samples.size());
   rays_.reserve(samples.size());
+  hits_.clear();
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    if (!may_bring(hits[i])) continue;
     paths_.push_back({.numbers = sampler_.at(samples[i]), .sum = i});
     rays_.push_back(rays[i]);
+    hits_.push_back(hits[i]);
   }
-  hits_.assign(hits.begin(), hits.end());
   has_hits_ = true;
   vertex_ = 0;
+}
+
+bool PathTracer::may_bring(const Hit& hit) const {
+  if (hit.t == kInfinity) return !options_.hides_background || has_ground_;
+  return options_.max_depth > 1 || has_emitters_ || has_unlit_ || has_alpha_;
 }
 
 bool PathTracer::go_on() {

@@ -58,6 +58,8 @@ class PathTracer final : public Integrator {
   /// How a path goes on: not at all, with a ray of its own, or with the same one behind what it has hit.
   enum class Next { nothing, its_ray, what_is_behind };
 
+  /// Whether a camera ray that meets this can bring light, or go on.
+  bool may_bring(const Hit& hit) const;
   void shade();
   Next shade_path(Path& path, Ray& ray, const Hit& hit);
   /// `direction` is the ray's, unit.

@@ -62,7 +62,7 @@ struct Texture {
   bool is_srgb = false;                              ///< All channels but alpha are encoded by sRGB's curve.
   std::uint8_t uv_set = 0;                           ///< Into `MeshAttributes::uvs`.
   std::array<float, 6> transform{1, 0, 0, 0, 1, 0};  ///< (a u + b v + c, d u + e v + f) is looked up.
-  std::string name = {};  ///< Where its image stands, for messages.
+  std::string name = {};                             ///< Where its image stands, for messages.
 };
 
 }  // namespace tessera

@@ -141,7 +141,7 @@ class ApiTest(unittest.TestCase):
         self.get(f"/v1/jobs/{job}/image?aov=all&format=png", status=406)
         for aov in ("depth", "normal", "primitive_id", "object_id"):  # Infinite, negative, or to be exact: not in RGBE.
             refused = self.get(f"/v1/jobs/{job}/image?aov={aov}&format=hdr", status=406).json()
-            self.assertIn("comes as png (image/png), jpeg (image/jpeg), exr (image/x-exr).", refused["detail"])
+            self.assertIn("comes as png (image/png), jpeg (image/jpeg), exr (image/x-exr), tiff (image/tiff).", refused["detail"])
             self.get(f"/v1/jobs/{job}/image?aov={aov}", {"Accept": "image/vnd.radiance"}, status=406)
         self.get(f"/v1/jobs/{job}/image?aov=warmth", status=400)
         plain = self.render(SMALL_JOB)

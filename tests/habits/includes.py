@@ -10,8 +10,14 @@ MAY_INCLUDE = {
     "proto/wire": [],
     # Readers of files stand below what reads documents, which calls them.
     "proto/import": [
-        "proto/wire", "core/math", "core/geometry", "core/scene", "core/io/display_curve.h", "core/io/image_header.h",
+        "proto/wire", "proto/import/gltf/gltf.h", "core/math", "core/geometry", "core/scene", "core/io/display_curve.h",
+        "core/io/image_header.h",
         "core/io/read_environment.h", "core/io/read_texture.h",
+    ],
+    # glTF is JSON, and read as documents are.
+    "proto/import/gltf": [
+        "proto/wire", "proto/import", "proto/json_document.h", "proto/json_cursor.h", "proto/read_values.h", "core/math",
+        "core/geometry", "core/scene", "core/io/read_texture.h",
     ],
     # Scene types, and tables of which names and options are the wire's; and which integrator a scene takes.
     "proto": [
@@ -26,7 +32,7 @@ MAY_INCLUDE = {
 # Within core a folder knows itself and the folders before it. Bounds come before geometry: a shape says how it is
 # bounded, and a bound needs points and planes, never a shape.
 CORE_ORDER = [
-    "math", "bounds", "geometry", "scene", "accel", "sampling", "screen", "light", "material", "plan", "integrator",
+    "math", "bounds", "geometry", "scene", "accel", "sampling", "screen", "material", "light", "plan", "integrator",
     "film", "io", "render",
 ]
 
@@ -38,10 +44,11 @@ LIBRARIES = {
     "core/io/oiio": ["OpenImageIO/"],
     "proto/wire": ["nlohmann/", "openssl/"],
     "proto": ["nlohmann/"],
+    "proto/import/gltf": ["draco/", "meshoptimizer.h"],
     "server": ["nlohmann/", "spdlog/", "CLI/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
-    "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "xmmintrin.h"],
-    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/"],
+    "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "draco/", "meshoptimizer.h", "xmmintrin.h"],
+    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/", "malloc.h"],
 }
 
 # POSIX, for the parts that talk to the system.

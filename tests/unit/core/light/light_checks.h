@@ -15,6 +15,7 @@
 #include "core/sampling/warp.h"
 #include "core/scene/scene.h"
 #include "tests/support/random.h"
+#include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
 namespace tessera::light_checks {

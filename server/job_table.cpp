@@ -145,6 +145,14 @@ std::shared_ptr<const JobTable::Hold> JobTable::hold(const std::string& id) {
   return hold;
 }
 
+void JobTable::let_image_go(const std::string& id) {
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found != jobs_.end() && proto::has_ended(found->second.view.state) && found->second.film)
+    drop_film(found->second, after);
+}
+
 void JobTable::let_go(const std::string& id) noexcept {
   Aftermath after;
   const std::lock_guard lock(mutex_);

@@ -125,6 +125,9 @@ class JobTable {
     std::uint64_t bytes_;
   };
 
+  /// Has the image of a job that has ended give way at once: nobody will want it again.
+  void let_image_go(const std::string& id);
+
   /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given.
   std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state) const;
 

@@ -54,6 +54,19 @@ std::vector<JsonMember> json_members(std::string_view text) {
   return members;
 }
 
+std::vector<std::string_view> json_elements(std::string_view text) {
+  std::vector<std::string_view> elements;
+  const auto skip_blanks = [&](std::size_t at) { return std::min(text.find_first_not_of(kBlanks, at), text.size()); };
+  std::size_t at = skip_blanks(0);
+  if (at == text.size() || text[at] != '[') return elements;
+  do {
+    const std::size_t value = skip_blanks(at + 1);
+    at = after_value(text, value);
+    if (at > value) elements.push_back(text.substr(value, at - value));
+  } while (at < text.size() && text[at] == ',');
+  return elements;
+}
+
 bool has_member(std::string_view text, std::string_view name) {
   const std::vector<JsonMember> members = json_members(text);
   return std::ranges::find(members, name, &JsonMember::name) != members.end();

@@ -9,6 +9,7 @@
 #include "proto/parse.h"
 #include "server/blob_store.h"
 #include "server/drake_form.h"
+#include "server/drake_view.h"
 #include "server/handlers/handlers.h"
 #include "server/handlers/picture.h"
 #include "server/image_choice.h"
@@ -75,9 +76,7 @@ Settings settings_of(const DrakeForm& form) {
   if (form.image_type == DrakeImage::color) return settings;
   // What the middle of each pixel sees first, and nothing beyond it.
   settings.jitter = false;
-  settings.integrator = IntegratorKind::path;
-  settings.max_depth = 1;
-  settings.transparent = true;
+  settings.integrator = IntegratorKind::none;
   settings.aovs = {form.image_type == DrakeImage::depth ? Aov::depth : Aov::base_color};
   return settings;
 }
@@ -121,14 +120,16 @@ Problem job_problem(Problem problem) {
 
 Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const std::stop_token& abandoned) {
   const FormScene files(services.blobs, form.scene, form.scene_sha256);
-  auto scene =
-      services.scenes.parse_once("drake " + form.scene_sha256, scene_document(form.scene_sha256), files, abandoned);
+  const auto found = find_drake_view(form.scene);
+  const std::string key = "drake " + (found ? found->rest : form.scene_sha256);
+  auto scene = services.scenes.parse_once(key, scene_document(form.scene_sha256), files, abandoned);
   if (!scene) return scene_problem(scene.problem());
   if (!scene->scene->camera)
     return Problem{ProblemCode::malformed_request,
                    "",
                    {{"scene", "The file has no camera in its scene; its node says where the image is taken from."}}};
-  const View view = std::visit([](const auto& camera) { return camera.view; }, *scene->scene->camera);
+  const View view =
+      found ? found->view : std::visit([](const auto& camera) { return camera.view; }, *scene->scene->camera);
   proto::JobRequest job;
   job.scene = *std::move(scene);
   job.camera = PerspectiveCamera{.view = view, .intrinsics = form.intrinsics, .clipping = form.clipping};
@@ -157,6 +158,7 @@ Response answer(Services& services, Request& request, const Wanted& wanted) {
     return post_drake_render(services, request);  // or its image has given way.
   Response response = picture_response(services, request, *job, wanted.choice, wanted.key);
   if (response.status >= 400) return post_drake_render(services, request);
+  services.jobs.let_image_go(job->id);  // A robot looks once, from each place.
   response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
   return response;
 }

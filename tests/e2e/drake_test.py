@@ -225,6 +225,23 @@ class DrakeTest(unittest.TestCase):
         self.assertEqual(seen, {(5, 2), (5, 1), (6, 2)} | ({(6, 1)} & seen))
         self.assertAlmostEqual(depth.at(5, 2), 4, 5)
 
+    def test_what_is_seen_from_elsewhere_is_known(self):
+        """Files that differ in where the camera stands alone are one scene, and one structure."""
+        slanted = triangles([(-9, -90, -3), (90, -90, -102), (90, 90, -102)], [0.5, 1, 0])
+        scenes, images = set(), set()
+        for x in range(4):
+            with Daemon("--drake") as fresh:
+                gltf = scene(slanted, camera=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, 0, 0, 1])
+                reply = self.small("depth", gltf, focal_x=8, max_depth=99)
+                self.assertEqual(reply.body, self.small("depth", gltf, daemon=fresh, focal_x=8, max_depth=99).body)
+            scenes.add(self.daemon.request("GET", reply.headers["Location"]).json()["scene"])
+            images.add(reply.body)
+        self.assertEqual((len(scenes), len(images)), (1, 4))
+        moved = json.loads(scene(slanted))
+        moved["nodes"][1]["translation"] = [0, 0, -1]
+        reply = self.small("depth", json.dumps(moved).encode(), focal_x=8, max_depth=99)
+        self.assertNotIn(self.daemon.request("GET", reply.headers["Location"]).json()["scene"], scenes)
+
     def test_lights_of_the_file_take_the_place_of_the_lamp(self):
         light = {"type": "directional", "intensity": 683 * math.pi, "color": [0, 1, 0]}
         lights = {"extensionsUsed": ["KHR_lights_punctual"], "extensions": {"KHR_lights_punctual": {"lights": [light]}}}

@@ -28,5 +28,12 @@ TEST(JsonMembers, AnyTextEnds) {
   EXPECT_EQ(json_members("{\"a\":" + std::string(1 << 20, '[')).size(), 1U);
 }
 
+TEST(JsonMembers, ElementsAreThoseOfTheOutermostArray) {
+  using Elements = std::vector<std::string_view>;
+  EXPECT_EQ(json_elements(R"( [1, {"a": [2, "]"]} ,"x,y"] )"), (Elements{"1", R"({"a": [2, "]"]} )", R"("x,y")"}));
+  for (const char* text : {"", "[]", "[ ]", "{}", "1"}) EXPECT_EQ(json_elements(text), Elements{}) << text;
+  EXPECT_EQ(json_elements("[1, [2"), (Elements{"1", "[2"}));
+}
+
 }  // namespace
 }  // namespace tessera::server

@@ -59,7 +59,7 @@ Outcome write_rows(Writer& writer, const Raster& raster, std::byte* row, const s
   png_set_write_fn(png, &writer, append, flush);
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);  // Its own are 1,000,000 of each.
   // No filters and level 3: all filters and the usual 6 cost three to five times as much for 5% fewer bytes.
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_NO_FILTERS);
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   png_set_compression_level(png, 3);
   const bool is_grey = raster.channels.size() == 1;
   const int colors = is_grey                       ? PNG_COLOR_TYPE_GRAY

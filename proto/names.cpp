@@ -22,11 +22,10 @@ std::span<const Choice<Aov>> aov_names() {
 }
 
 std::span<const Choice<IntegratorKind>> integrator_names() {
-  static constexpr Choice<IntegratorKind> table[] = {{"auto", IntegratorKind::automatic},
-                                                     {"whitted", IntegratorKind::whitted},
-                                                     {"direct", IntegratorKind::direct},
-                                                     {"ambient_occlusion", IntegratorKind::ambient_occlusion},
-                                                     {"path", IntegratorKind::path}};
+  static constexpr Choice<IntegratorKind> table[] = {
+      {"auto", IntegratorKind::automatic}, {"whitted", IntegratorKind::whitted},
+      {"direct", IntegratorKind::direct},  {"ambient_occlusion", IntegratorKind::ambient_occlusion},
+      {"path", IntegratorKind::path},      {"none", IntegratorKind::none}};
   return table;
 }
 

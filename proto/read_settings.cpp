@@ -127,9 +127,9 @@ void refuse_unread(IntegratorKind integrator, const Settings& settings, FieldErr
   };
   if (settings.sampler == SamplerKind::grid && integrator != whitted)
     refuse("sampler", "The sampler \"grid\" is for \"whitted\" alone; take \"sobol\" or \"independent\".");
-  if (settings.clamp < kInfinity && (integrator == whitted || integrator == ambient_occlusion))
+  if (settings.clamp < kInfinity && integrator != path && integrator != direct)
     refuse("clamp", "Only \"path\" and \"direct\" have samples so bright that they are cut off; leave this out.");
-  if (settings.max_depth && integrator == ambient_occlusion)
+  if (settings.max_depth && (integrator == ambient_occlusion || integrator == none))
     refuse("max_depth", "There is no light to follow; leave this out.");
   if (settings.max_depth.value_or(0) > kDirectDepth && integrator == direct)
     refuse("max_depth", "Direct light has " + std::to_string(kDirectDepth) + " rays in a chain at most.");

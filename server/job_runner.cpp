@@ -25,9 +25,10 @@ constexpr std::chrono::milliseconds kTurn{30};
 /// Short enough for a string that takes no memory.
 constexpr const char* kOutOfMemory = "out of memory";
 
-/// Whether there is no light.
+/// Whether there is no light, or none is followed.
 bool is_dark(const Plan& plan) {
   const Features& has = plan.features;
+  if (plan.integrator == IntegratorKind::none) return true;
   return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.unlit &&
          !has.sky && has.only_physical;
 }

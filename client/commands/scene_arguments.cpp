@@ -82,7 +82,7 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_option("--until-seconds", options.seconds, "Refine the image for so many seconds")
       ->check(positive_number);
   command.add_option("--integrator", options.integrator,
-                     "auto, whitted, direct, ambient_occlusion or path: how light goes from surface to surface");
+                     "auto, whitted, direct, ambient_occlusion, path or none: how light goes from surface to surface");
   command.add_option("--sampler", options.sampler, "auto, grid, independent or sobol: where samples fall");
   command.add_flag("--transparent", options.transparent, "The background is transparent, in PNG and EXR");
   command.add_option("--max-depth", options.max_depth, "Rays in a chain, the camera's being the first")

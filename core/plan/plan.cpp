@@ -50,6 +50,7 @@ double expected_rays(const Plan& plan, const Scene& scene, const Settings& setti
   double pixels = 0;
   for (const Tile& tile : plan.tiling.tiles)
     if (tile.first_level != FirstLevel::nothing) pixels += static_cast<double>(tile.rect.area());
+  if (plan.integrator == IntegratorKind::none) return pixels * settings.samples;
   if (plan.integrator != IntegratorKind::whitted) return pixels * settings.samples * kRaysOfAPath;
   double chain = 1;
   if (plan.max_depth > 1) {

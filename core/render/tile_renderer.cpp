@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/integrator/ambient_occlusion.h"
+#include "core/integrator/no_light.h"
 #include "core/integrator/path.h"
 #include "core/integrator/shading.h"
 #include "core/integrator/spawn.h"
@@ -33,6 +34,8 @@ std::unique_ptr<Integrator> make_integrator(const RenderContext& context, RayCou
   switch (plan.integrator) {
     case IntegratorKind::automatic:
       break;
+    case IntegratorKind::none:
+      return std::make_unique<NoLight>();
     case IntegratorKind::whitted:
       return std::make_unique<Whitted>(scene, plan.features, *context.accel, plan.max_depth, counts, log);
     case IntegratorKind::ambient_occlusion:
@@ -54,7 +57,7 @@ bool shows_ground(const RenderContext& context) {
 /// What a ray brings that hits nothing, wherever it goes; nothing where that depends on its direction.
 std::optional<Rgb> even_background(const RenderContext& context) {
   if (shows_ground(context)) return std::nullopt;
-  if (context.settings.transparent) return Rgb();
+  if (context.settings.transparent || context.plan.integrator == IntegratorKind::none) return Rgb();
   if (!traces_paths(context.plan.integrator)) return context.scene->background;
   if (!context.plan.features.even_sky) return std::nullopt;
   return environment_of(*context.scene).radiance;

@@ -311,7 +311,7 @@ class ApiTest(unittest.TestCase):
         self.assertEqual((status["tiles_done"], status["samples_done"]), (64, 64 * 64 * 2))
 
     def test_rays_of_all_kinds_make_the_total(self):
-        for integrator in ["whitted", "direct", "path", "ambient_occlusion"]:
+        for integrator in ["whitted", "direct", "path", "ambient_occlusion", "none"]:
             with self.subTest(integrator):
                 scene = {"objects": SPHERE["objects"], "background": [1, 1, 1]}
                 settings = {"integrator": integrator, "samples": 4, "count_tests": True}

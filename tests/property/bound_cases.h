@@ -72,7 +72,7 @@ struct Hulls {
   static B make(Random& random) { return {static_cast<std::uint32_t>(random.bits() % 2 ? 24 : 4)}; }
   static Wide outside(const B&, const Polytope& polytope, Vec3w p) {
     Wide worst = tessera::outside(polytope.box, p);
-    for (const Plane& plane : polytope.planes) worst = std::max(worst, dot(widen(plane.normal), p) - plane.offset);
+    for (const HalfSpace& plane : polytope.planes) worst = std::max(worst, dot(widen(plane.normal), p) - plane.offset);
     return worst;
   }
 };

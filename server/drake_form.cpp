@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "core/math/rounding.h"
 #include "proto/wire/printable.h"
 #include "server/http_syntax.h"
 #include "server/multipart.h"
@@ -108,7 +110,9 @@ class FormReader {
     double value = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error == std::errc() && end == digits.data() + digits.size() && !std::isnan(value))
-      return static_cast<float>(value);
+      return std::abs(value) <= std::numeric_limits<float>::max()
+                 ? static_cast<float>(value)
+                 : std::copysign(kInfinity, static_cast<float>(value > 0 ? 1 : -1));
     refuse(name, "Give a number.");
     return std::nullopt;
   }

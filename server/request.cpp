@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "proto/wire/printable.h"
 #include "server/http_syntax.h"
 
 namespace tessera::server {
@@ -28,6 +29,7 @@ std::optional<std::string> percent_decode(std::string_view text) {
     out += static_cast<char>(high * 16 + low);
     i += 2;
   }
+  if (!proto::is_utf8(out)) return std::nullopt;  // Nothing here has such a name.
   return out;
 }
 

@@ -101,6 +101,7 @@ std::string why_unsafe(std::string_view name) {
   if (name.size() > kLongestName) return "has a name of more than " + std::to_string(kLongestName) + " bytes.";
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
   if (std::ranges::any_of(name, is_control)) return "has control characters in its name.";
+  if (!proto::is_utf8(name)) return "has a name that isn't UTF-8.";
   if (name.find('\\') != name.npos) return "has a backslash in its name; separate folders by slashes.";
   if (name.starts_with('/') || (name.size() > 1 && name[1] == ':')) return "has an absolute path; make it relative.";
   for (const std::filesystem::path& step : std::filesystem::path(name))

@@ -18,11 +18,11 @@ std::string too_large(const ImageHeader& header) {
          " texels take more memory than there may be.";
 }
 
-/// Numbers that no colour can be are 0.
+/// Numbers that no colour can be count as 0.
 std::size_t mend(std::vector<float>& values) {
   std::size_t mended = 0;
   for (float& value : values) {
-    if (std::abs(value) <= kLargestLight) continue;
+    if (value >= 0 && value <= kLargestLight) continue;
     value = 0;
     ++mended;
   }
@@ -36,7 +36,7 @@ TextureImage::Decoded decode(const ImageFile& file, const char* name, std::uint6
   if (!decoded.problem.empty()) return decoded;
   if (auto* floats = std::get_if<std::vector<float>>(&decoded.texels.values))
     if (const std::size_t mended = mend(*floats); mended > 0)
-      decoded.problem = std::to_string(mended) + " of its numbers are NaN or beyond 1e18, and count as 0.";
+      decoded.problem = std::to_string(mended) + " of its numbers are NaN, negative or beyond 1e18, and count as 0.";
   return decoded;
 }
 

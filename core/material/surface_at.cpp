@@ -71,6 +71,10 @@ const TriangleMesh* mesh_of(const Scene& scene, const Object& object) {
 
 Rgb color_of(const Rgba& texel) { return {texel[0], texel[1], texel[2]}; }
 
+/// Files of floats hold more.
+float fraction(float number) { return std::min(number, 1.0F); }
+Rgb reflectance_of(const Rgba& texel) { return {fraction(texel[0]), fraction(texel[1]), fraction(texel[2])}; }
+
 Rgb* color_of(Surface& surface) {
   return std::visit(
       [](auto& s) -> Rgb* {
@@ -218,7 +222,7 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
       case TextureSlot::alpha:
         break;  // for alpha_at
       case TextureSlot::base_color:
-        scale(color_of(out.surface), color_of(lookups[use.texture]));
+        scale(color_of(out.surface), reflectance_of(lookups[use.texture]));
         break;
       case TextureSlot::emission:
         out.emission = out.emission * color_of(lookups[use.texture]);
@@ -238,7 +242,7 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
         apply_bump_map(object, at, use, scene.textures[use.texture], point);
         break;
       default:
-        if (float* number = number_of(out.surface, use.slot)) *number *= lookups[use.texture][use.channel];
+        if (float* number = number_of(out.surface, use.slot)) *number *= fraction(lookups[use.texture][use.channel]);
     }
   }
   return out;
@@ -292,7 +296,7 @@ float alpha_at(const Scene& scene, const Object& object, std::uint32_t primitive
     }
   }
   if (material.alpha_cutoff > 0) return alpha >= material.alpha_cutoff ? 1 : 0;
-  return std::min(alpha, 1.0F);
+  return fraction(alpha);
 }
 
 }  // namespace tessera

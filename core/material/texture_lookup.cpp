@@ -58,7 +58,7 @@ std::uint32_t wrapped(double i, std::uint32_t size, Wrap wrap) {
 }
 
 /// Beyond this texels aren't told apart, and a whole number of images is left away from either side of a fraction.
-constexpr double kFarthest = 0x1p40;
+constexpr double kFarthest = 0x1p20;
 
 double finite(double v) { return std::abs(v) < kFarthest ? v : 0; }
 
@@ -95,7 +95,7 @@ Rgba texel(const Texels& texels, bool is_srgb, std::uint32_t x, std::uint32_t y)
 }
 
 double mean_around(const Texture& texture, const std::array<Vec2, 3>& triangle) {
-  constexpr double kMostEachWay = 64;
+  constexpr double kMostEachWay = 16;
   const Texels& texels = texture.image->texels();
   Place lo{kFarthest, kFarthest}, hi{-kFarthest, -kFarthest};
   for (const Vec2 corner : triangle) {

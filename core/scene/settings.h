@@ -30,8 +30,8 @@ enum class Aov {
 };
 
 /// How light is followed. `automatic` is `whitted` where a scene has nothing but Whitted's materials and lights, and
-/// `path` otherwise. `direct` is `path` with two rays in a chain at most. `none` follows none: what is seen is black, and
-/// AOVs are all there is.
+/// `path` otherwise. `direct` is `path` with two rays in a chain at most. `none` follows none: what is seen is black,
+/// and AOVs are all there is.
 enum class IntegratorKind { automatic, whitted, direct, ambient_occlusion, path, none };
 
 /// Where the numbers of samples come from. `automatic` is `grid` (jittered cells of the pixel, as many as there are

@@ -13,7 +13,7 @@
 namespace tessera {
 
 /// An image as its file holds it: rows from the top, channels interleaved, alpha not multiplied into the others. Floats
-/// are finite and at most `kLargestLight`. One channel is grey, two are grey and alpha, three RGB, four RGBA.
+/// are in 0..`kLargestLight`. One channel is grey, two are grey and alpha, three RGB, four RGBA.
 struct Texels {
   std::uint32_t width = 0, height = 0, channels = 0;  ///< ≥ 1 each; channels ≤ 4.
   std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>> values;

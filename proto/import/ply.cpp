@@ -277,10 +277,10 @@ class PlyReader {
       uv = is_finite ? Vec2{uv.x, 1 - uv.y} : Vec2{0, 1};
     }
     if (!has_colors_) return;
+    const std::array brightest{brightest_written(0), brightest_written(1), brightest_written(2), brightest_written(3)};
     for (std::size_t i = 0; i < (has_alpha_ ? 4U : 3U); ++i) {
-      const double brightest = brightest_written(i);
       for (auto& color : attributes_.colors) {
-        const double share = color[i] / brightest;
+        const double share = color[i] / brightest[i];
         color[i] = i < 3 ? light_of_encoded(share) : static_cast<float>(share > 0 ? std::min(share, 1.0) : 0);
       }
     }

@@ -11,4 +11,7 @@ namespace tessera::proto {
 /// words of some scripts need. For all that others named, on its way into JSON, a log or a terminal.
 std::string printable(std::string_view text);
 
+/// Whether all of it is valid UTF-8 (RFC 3629).
+bool is_utf8(std::string_view text);
+
 }  // namespace tessera::proto

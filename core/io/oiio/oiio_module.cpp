@@ -123,6 +123,7 @@ std::string measure(const char* name, std::span<const std::byte> file, ImageHead
   const OIIO::ImageSpec spec = in->spec();
   if (spec.deep || spec.depth > 1) return "It isn't a flat picture.";
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) return "It has no texels.";
+  if (spec.nchannels > kMostChannels) return "It has more than four channels.";
   header.width = static_cast<std::uint32_t>(spec.width);
   header.height = static_cast<std::uint32_t>(spec.height);
   header.bytes_a_texel = static_cast<std::uint32_t>(std::min(spec.nchannels, kMostChannels)) * depth_of(spec);
@@ -157,6 +158,7 @@ std::string read_texture(const char* name, std::span<const std::byte> file, std:
   if (!in) return OIIO::geterror();
   const OIIO::ImageSpec spec = in->spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) return "It has no texels.";
+  if (spec.nchannels > kMostChannels) return "It has more than four channels.";
   Texels read{static_cast<std::uint32_t>(spec.width),
               static_cast<std::uint32_t>(spec.height),
               static_cast<std::uint32_t>(std::min(spec.nchannels, kMostChannels)),

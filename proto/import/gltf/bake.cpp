@@ -44,7 +44,7 @@ std::optional<Rows> mean_of(std::span<const Rows> joints, const std::array<float
   for (std::size_t i = 0; i < which.size(); ++i) {
     const double weight = weights[i];
     if (!(weight > 0)) continue;
-    if (which[i] >= static_cast<float>(joints.size())) return std::nullopt;
+    if (!(which[i] >= 0 && which[i] < static_cast<float>(joints.size()))) return std::nullopt;
     const Rows& joint = joints[static_cast<std::size_t>(which[i])];
     for (std::size_t k = 0; k < mean.size(); ++k) mean[k] += weight * joint[k];
     sum += weight;

@@ -61,7 +61,12 @@ std::optional<std::string> GltfFile::companion(std::string_view uri, std::string
   }
   try {
     std::string bytes = read_file(*path, companion.name, kLargestCompanion, stop_);
-    budget_ += kMostPerByte * bytes.size();
+    if (companions_read_.insert(companion.name).second) budget_ += kMostPerByte * bytes.size();
+    if (bytes.size() > budget_) {
+      why = "The file " + in_quotes(companion.name) + " is asked for too often";
+      return std::nullopt;
+    }
+    budget_ -= bytes.size();
     return bytes;
   } catch (const BrokenFile& broken) {
     why = "The file " + in_quotes(companion.name) + " can't be read: " + broken.errors.front().detail;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <stop_token>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -37,7 +38,8 @@ class GltfFile {
   /// Throws `BrokenFile` where there were errors.
   void refuse_if_broken();
 
-  /// The whole file that a relative URI names; nothing, with the reason in `why`, when there is none.
+  /// The whole file that a relative URI names; nothing, with the reason in `why`, when there is none, or when it has
+  /// been asked for so often that its copies take more memory than there may be.
   std::optional<std::string> companion(std::string_view uri, std::string& why);
 
   /// Counts memory that is about to be taken. An error there, and false, beyond a multiple of the files' bytes: then a
@@ -55,6 +57,7 @@ class GltfFile {
   JsonDocument document_;
   ImportNotes notes_;
   std::uint64_t budget_;
+  std::set<std::string, std::less<>> companions_read_;  ///< Those that the budget has grown by.
 };
 
 }  // namespace tessera::proto

@@ -125,11 +125,14 @@ class Assembly {
   };
 
   /// Primitives with the same key have the same triangles.
-  using Key = std::tuple<Topology, std::array<std::optional<std::uint32_t>, 8>>;
+  using Key = std::tuple<Topology, std::array<std::optional<std::uint32_t>, 8>,
+                         std::map<std::string, std::uint32_t, std::less<>>>;
   static Key key(const Primitive& p) {
     std::optional<std::uint32_t> draco;
     if (p.draco) draco = p.draco->view;
-    return {p.topology, {p.position, p.normal, p.tangent, p.color, p.uvs[0], p.uvs[1], p.indices, draco}};
+    return {p.topology,
+            {p.position, p.normal, p.tangent, p.color, p.uvs[0], p.uvs[1], p.indices, draco},
+            p.draco ? p.draco->ids : std::map<std::string, std::uint32_t, std::less<>>()};
   }
 
   bool has_data(const Primitive& p) const {
@@ -144,6 +147,11 @@ class Assembly {
     if (!triangles) return;
     const bool is_baked = part.places.size() == 1;
     if (!part.joints.empty()) {
+      const std::size_t vertices = triangles->mesh.positions.size();
+      if (triangles->joints.size() != vertices || triangles->weights.size() != vertices) {
+        where.error("The primitive is compressed without the joints and weights of its skin.");
+        return;
+      }
       if (!bake_skin(*triangles, part.joints, file_.steps())) {
         where.error("A vertex names a joint that its skin doesn't have.");
         return;

@@ -37,7 +37,9 @@ std::vector<Rows> joint_maps(const GltfSkin& skin, const GltfNodes& nodes, Acces
     inverse_binds = accessors.read<Matrix>(*skin.inverse_bind_matrices);
     if (inverse_binds.empty()) return maps;
   }
+  if (!file.take(skin.joints.size() * sizeof(Rows), where)) return maps;
   for (std::size_t i = 0; i < skin.joints.size(); ++i) {
+    file.steps().take();
     const auto& to_world = nodes.nodes[skin.joints[i]].to_world;
     if (!to_world) {
       file.note(where, "A mesh is shown without its skin, whose joints aren't in the scene");

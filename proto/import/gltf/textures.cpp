@@ -145,13 +145,18 @@ std::shared_ptr<const TextureImage> GltfTextures::open(Image& image) {
   if (bytes) {
     const std::string_view head(reinterpret_cast<const char*>(bytes->data()), std::min(bytes->size(), kFileHead));
     const FileKind kind = file_kind(head, bytes->size());
-    if (lies(image.media_type, kind)) {
+    if (kind != FileKind::png && kind != FileKind::jpeg && kind != FileKind::webp) {
+      why = "It is " + std::string(description(kind)) + ", and glTF knows PNG, JPEG and WebP";
+      bytes.reset();
+    } else if (lies(image.media_type, kind)) {
       file_.note(image.where, "An image that is told to be " + in_quotes(image.media_type) + " is " +
                                   std::string(description(kind)));
     }
-    auto opened = open_texture(std::make_shared<const std::vector<std::byte>>(*std::move(bytes)), most_bytes_);
-    if (const auto* texture = std::get_if<std::shared_ptr<const TextureImage>>(&opened)) image.opened = *texture;
-    if (const auto* problem = std::get_if<std::string>(&opened)) why = *problem;
+    if (bytes) {
+      auto opened = open_texture(std::make_shared<const std::vector<std::byte>>(*std::move(bytes)), most_bytes_);
+      if (const auto* texture = std::get_if<std::shared_ptr<const TextureImage>>(&opened)) image.opened = *texture;
+      if (const auto* problem = std::get_if<std::string>(&opened)) why = *problem;
+    }
   }
   if (!image.opened) {
     while (why.ends_with('.')) why.pop_back();

@@ -227,7 +227,7 @@ class DrakeTest(unittest.TestCase):
 
     def test_what_is_seen_from_elsewhere_is_known(self):
         """Files that differ in where the camera stands alone are one scene, and one structure."""
-        slanted = triangles([(-9, -90, -3), (90, -90, -102), (90, 90, -102)], [0.5, 1, 0])
+        slanted = triangles([(-9, -90, -3), (90, -90, -102), (-9, 90, -3)], [0.5, 1, 0])
         scenes, images = set(), set()
         for x in range(4):
             with Daemon("--drake") as fresh:

@@ -29,7 +29,6 @@ std::optional<std::string> percent_decode(std::string_view text) {
     out += static_cast<char>(high * 16 + low);
     i += 2;
   }
-  if (!proto::is_utf8(out)) return std::nullopt;  // Nothing here has such a name.
   return out;
 }
 
@@ -76,7 +75,7 @@ std::optional<Target> parse_target(std::string_view given) {
     const std::size_t equals = pair.find('=');
     auto name = percent_decode(pair.substr(0, equals));
     auto value = percent_decode(equals == std::string_view::npos ? std::string_view{} : pair.substr(equals + 1));
-    if (!name || !value) return false;
+    if (!name || !value || !proto::is_utf8(*value)) return false;
     target.query.emplace_back(*std::move(name), *std::move(value));
     return true;
   });

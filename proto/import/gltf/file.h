@@ -2,8 +2,8 @@
 
 #include <cstdint>
 #include <optional>
-#include <stop_token>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <string_view>
 

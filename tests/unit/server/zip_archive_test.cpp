@@ -121,7 +121,7 @@ TEST_F(Archive, StopsWhenNobodyWaits) {
 TEST(UnsafeNames, AreTold) {
   for (const char* name : {"a", "a/b.c", ".a", "a..b", "...", "./a", "\xC3\xA4"})
     EXPECT_EQ(why_unsafe(name), "") << name;
-  for (const char* name : {"", "/", "/a", "..", "a/..", "../a", "a/../b", "c:a", "a\\b", "a\tb", "a\x7F"})
+  for (const char* name : {"", "/", "/a", "..", "a/..", "../a", "a/../b", "c:a", "a\\b", "a\tb", "a\x7F", "\xE4.png"})
     EXPECT_NE(why_unsafe(name), "") << name;
 }
 

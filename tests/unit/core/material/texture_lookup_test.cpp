@@ -127,6 +127,19 @@ TEST(TextureLookup, WhatIsFarOffOrNoNumberIsSomeTexel) {
     }
 }
 
+TEST(TextureLookup, MeansEndAndAreOnlyNoneWhereNothingIs) {
+  const Texture dark{.image = grey_image(2, 2, {0, 0, 0, 0})}, half{.image = grey_image(2, 2, {0, 255, 0, 255})};
+  constexpr float kFar = 1e12F, kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const Vec2 at : {Vec2{0, 0}, Vec2{kFar, kFar}, Vec2{-kFar, 1e30F}, Vec2{kNan, 0}, Vec2{-3, 700000}}) {
+    for (const Vec2 other : {at, Vec2{0.5F, 0.5F}}) {
+      EXPECT_EQ(mean_around(dark, {at, other, at}) > 0.001, false);
+      EXPECT_GT(mean_around(half, {at, other, at}), 0);
+    }
+  }
+  EXPECT_EQ(mean_around(dark, {Vec2{0, 0}, Vec2{1, 0}, Vec2{0, 1}}), 0);
+  EXPECT_NEAR(mean_around(half, {Vec2{0, 0}, Vec2{1, 0}, Vec2{0, 1}}), 0.5, 0.11);
+}
+
 TEST(TextureImage, IsDecodedOnceAndOnlyWhenAskedFor) {
   const auto decoded = std::make_shared<std::atomic<int>>(0);
   const auto image = image_of({1, 1, 1, std::vector<std::uint8_t>{7}}, decoded);

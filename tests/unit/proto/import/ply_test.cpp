@@ -394,6 +394,10 @@ TEST(Ply, ColoursInEveryForm) {
     EXPECT_EQ(mesh(file).attributes->colors.at(2)[1], 1) << fifth;
     EXPECT_EQ(mesh(file).attributes->colors.at(2)[2], 0) << fifth;
   }
+  // One number says for all what the largest is.
+  const Imported red = read(colored(kFloats, "0 0 0 255 1 1\n1 0 0 255 1 1\n1 1 0 255 1 1\n"));
+  EXPECT_EQ(mesh(red).attributes->colors.at(0)[0], 1);
+  EXPECT_NEAR(mesh(red).attributes->colors.at(0)[1], 1 / 255.0 / 12.92, 1e-6);  // sRGB's straight part
   const Imported odd = read(colored(kFloats, "0 0 0 nan -1 0\n1 0 0 1 1 1\n1 1 0 inf 0 0\n"));
   EXPECT_EQ(mesh(odd).attributes->colors.at(0), (std::array<float, 4>{0, 0, 0, 1}));
   const Imported half =

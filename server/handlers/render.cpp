@@ -63,8 +63,8 @@ Preference read_preference(const Request& request) {
     const std::string_view text = trimmed(item.substr(equals + 1));
     unsigned seconds = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-    if (error == std::errc() && end == text.data() + text.size() && seconds <= kMostSeconds)
-      preference.wait = std::chrono::seconds(seconds);
+    const bool is_good = error == std::errc() && end == text.data() + text.size() && seconds <= kMostSeconds;
+    if (is_good && !preference.wait) preference.wait = std::chrono::seconds(seconds);  // the first one counts
   }
   return preference;
 }

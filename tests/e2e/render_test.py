@@ -319,7 +319,7 @@ class RenderTest(unittest.TestCase):
 
     def test_who_prefers_not_to_wait(self):
         with Daemon("--threads", "1") as daemon:
-            for prefer in ("respond-async", "wait=0", "RESPOND-ASYNC, wait=1", "foo=1; x, wait=1"):
+            for prefer in ("respond-async", "wait=0", "RESPOND-ASYNC, wait=1", "foo=1; x, wait=1", "wait=0, wait=60"):
                 reply = self.render({**ENDLESS_PIXEL, "name": prefer}, "", {"Prefer": prefer}, 202, daemon)
                 self.assertIn(reply.headers["Preference-Applied"], prefer.lower())
                 job = reply.json()["id"]

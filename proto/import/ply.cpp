@@ -47,6 +47,11 @@ std::size_t column_of(const PlyProperty& p) {
       kNames.begin());
 }
 
+/// Texture coordinates of a face's corners, u v after u v, as MeshLab writes them.
+bool is_texcoord_list(const PlyProperty& p) {
+  return p.name == "texcoord" && p.count_type && p.type >= PlyScalar::float32;
+}
+
 /// What counts as 1 of a colour's number; of floats it shows once all are known.
 float brightest_of(PlyScalar type) { return type == PlyScalar::uint16 ? 65535 : 255; }
 
@@ -73,10 +78,10 @@ class PlyReader {
       notes_.add("The file has no triangles");
       if (has_faces_) refuse();
     } else {
-      if (has_texcoords_ || has_colors_)
+      if (is_textured() || has_colors_)
         mesh_.attributes = std::make_shared<const MeshAttributes>(std::move(attributes_));
       result.parts.push_back({std::move(mesh_), std::nullopt});
-      if (has_texcoords_ || has_colors_) add_material(result);
+      if (is_textured() || has_colors_) add_material(result);
     }
     result.warnings = notes_.warnings();
     return result;
@@ -98,6 +103,7 @@ class PlyReader {
   static bool holds_faces(const PlyElement& e) { return e.name == "face" || e.name == "tristrips"; }
 
   void check_header() {
+    find_texcoords();
     bool has_vertices = false;
     for (const PlyElement& element : header_.elements) {
       if (element.name == "vertex") {
@@ -112,6 +118,24 @@ class PlyReader {
     if (!has_vertices) fail(0, "The file has no element \"vertex\"");
   }
 
+  /// Those of vertices, or else of faces' corners, where there is a texture.
+  void find_texcoords() {
+    if (!texture_.image) return;
+    bool has_u = false, has_v = false, has_lists = false;
+    for (const PlyElement& element : header_.elements) {
+      for (const PlyProperty& property : element.properties) {
+        has_u |= element.name == "vertex" && column_of(property) == kTexcoord;
+        has_v |= element.name == "vertex" && column_of(property) == kTexcoord + 1;
+        has_lists |= element.name == "face" && is_texcoord_list(property);
+      }
+    }
+    has_texcoords_ = has_u && has_v;
+    has_corner_texcoords_ = !has_texcoords_ && has_lists;
+    if (!is_textured()) notes_.add("The file names a texture, but has no texture coordinates");
+  }
+
+  bool is_textured() const { return has_texcoords_ || has_corner_texcoords_; }
+
   void check_vertex(const PlyElement& vertex) {
     std::array<bool, kNoColumn + 1> has{};
     for (const PlyProperty& property : vertex.properties) {
@@ -124,11 +148,8 @@ class PlyReader {
     };
     if (!has_all(kPosition, 3)) fail(vertex.line, "The element \"vertex\" needs properties x, y and z");
     has_normals_ = has_all(kNormal, 3);
-    has_texcoords_ = texture_.image && has_all(kTexcoord, 2);
-    has_colors_ = !has_texcoords_ && has_all(kColor, 3);
+    has_colors_ = !is_textured() && has_all(kColor, 3);
     has_alpha_ = has_colors_ && has[kAlpha];
-    if (texture_.image && !has_texcoords_)
-      notes_.add("The file names a texture, but its vertices have no texture coordinates");
     std::string unused;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (is_wanted(columns_[i])) continue;
@@ -151,7 +172,8 @@ class PlyReader {
     std::string unused;
     for (const PlyProperty& property : faces.properties) {
       if (!is_index_list(property)) {
-        unused += ' ' + property.name;
+        const bool is_read = has_corner_texcoords_ && faces.name == "face" && is_texcoord_list(property);
+        if (!is_read) unused += ' ' + property.name;
         continue;
       }
       ++lists;
@@ -247,7 +269,9 @@ class PlyReader {
   void read_vertices(const PlyElement& element, std::uint64_t following) {
     mesh_.positions.resize(element.count);
     if (has_normals_) mesh_.normals.resize(element.count);
-    if (has_texcoords_) attributes_.uvs[0].resize(element.count);
+    if (is_textured()) attributes_.uvs[0].resize(element.count);
+    if (has_corner_texcoords_) next_at_vertex_.resize(element.count, kUnused);
+    vertices_ = element.count;
     if (has_colors_) attributes_.colors.resize(element.count, {1, 1, 1, 1});
     for (std::size_t i = 0; i < columns_.size(); ++i)
       if (columns_[i] >= kColor && columns_[i] < kNoColumn)
@@ -309,7 +333,7 @@ class PlyReader {
     Material material{.surface = Diffuse{{1, 1, 1}}};
     material.has_vertex_colors = has_colors_;
     material.has_vertex_alpha = has_alpha_;
-    if (has_texcoords_) {
+    if (is_textured()) {
       material.textures.push_back({TextureSlot::base_color});
       result.textures.push_back({.image = texture_.image, .is_srgb = !texture_.is_linear});
     }
@@ -323,26 +347,42 @@ class PlyReader {
         std::find_if(element.properties.begin(), element.properties.end(), is_index_list) - element.properties.begin());
     const PlyProperty& property = element.properties[list];
     has_faces_ |= element.count > 0;
+    const std::size_t last = element.properties.size() - 1;
     for_each(element, following, [&](std::size_t i) {
-      if (i != list) return false;
-      corners_.clear();
-      is_lost_ = false;
-      for (std::uint64_t left = list_length(element, property); left > 0; --left) {
-        steps_.take();
-        const std::int64_t index = body_.integer(property.type);
-        if (are_strips && index == -1) {
-          add_strip();
-          corners_.clear();
-        } else if (index < 0 || static_cast<std::uint64_t>(index) >= mesh_.positions.size()) {
-          add_index_error(element, index);
-          corners_.push_back(kNoVertex);
-        } else {
-          corners_.push_back(static_cast<std::uint32_t>(index));
-        }
-      }
-      are_strips ? add_strip() : add_face();
-      return true;
+      const bool is_list = i == list;
+      const bool is_texcoords = has_corner_texcoords_ && !are_strips && is_texcoord_list(element.properties[i]);
+      if (is_list) read_corners(element, property);
+      if (is_texcoords) read_texcoords(element, element.properties[i]);
+      if (are_strips && is_list) add_strip();
+      if (!are_strips && i == last) add_face();
+      return is_list || is_texcoords;
     });
+  }
+
+  void read_corners(const PlyElement& element, const PlyProperty& list) {
+    corners_.clear();
+    is_lost_ = false;
+    for (std::uint64_t left = list_length(element, list); left > 0; --left) {
+      steps_.take();
+      const std::int64_t index = body_.integer(list.type);
+      if (element.name == "tristrips" && index == -1) {
+        add_strip();
+        corners_.clear();
+      } else if (index < 0 || static_cast<std::uint64_t>(index) >= vertices_) {
+        add_index_error(element, index);
+        corners_.push_back(kNoVertex);
+      } else {
+        corners_.push_back(static_cast<std::uint32_t>(index));
+      }
+    }
+  }
+
+  void read_texcoords(const PlyElement& element, const PlyProperty& list) {
+    texcoords_.clear();
+    for (std::uint64_t left = list_length(element, list); left > 0; --left) {
+      steps_.take();
+      texcoords_.push_back(body_.number(list.type));
+    }
   }
 
   /// Counts a loss, and keeps the first ones as errors: should nothing be left of the file, it is refused with them.
@@ -352,7 +392,7 @@ class PlyReader {
     if (errors_.size() == kMaxFieldErrors) return;
     errors_.push_back({file_place(file_name_, body_.line()),
                        element.name + ' ' + std::to_string(index_) + " names vertex " + std::to_string(index) +
-                           ", but the file has " + std::to_string(mesh_.positions.size()) + ", counted from 0"});
+                           ", but the file has " + std::to_string(vertices_) + ", counted from 0"});
   }
 
   void add_face() {
@@ -361,8 +401,37 @@ class PlyReader {
       return;
     }
     if (is_lost_) return;
+    if (has_corner_texcoords_) give_texcoords();
     if (!triangulate(mesh_.positions, corners_, mesh_.triangles, steps_))
       note_lost_polygon(corners_.size(), notes_, body_.line());
+  }
+
+  /// To the face's corners, each of which gets a vertex that has its own.
+  void give_texcoords() {
+    const bool has_all = texcoords_.size() == 2 * corners_.size();
+    if (!has_all) notes_.add("A face without texture coordinates for each corner has 0 0 there", body_.line());
+    for (std::size_t i = 0; i < corners_.size(); ++i)
+      corners_[i] = vertex_with(corners_[i], has_all ? Vec2{texcoords_[2 * i], texcoords_[2 * i + 1]} : Vec2{});
+  }
+
+  /// The file's vertex itself for the first ones that it is asked for, then copies, which are chained.
+  std::uint32_t vertex_with(std::uint32_t vertex, Vec2 uv) {
+    constexpr int kLongestSearch = 64;  // Sharing vertices only saves memory.
+    std::vector<Vec2>& uvs = attributes_.uvs[0];
+    if (next_at_vertex_[vertex] == kUnused) {
+      next_at_vertex_[vertex] = kNoVertex;
+      uvs[vertex] = uv;
+      return vertex;
+    }
+    std::uint32_t at = vertex;
+    for (int i = 0; at != kNoVertex && i < kLongestSearch; ++i, at = next_at_vertex_[at])
+      if (uvs[at] == uv) return at;
+    const auto added = static_cast<std::uint32_t>(uvs.size());
+    uvs.push_back(uv);
+    mesh_.positions.push_back(Vec3(mesh_.positions[vertex]));
+    if (has_normals_) mesh_.normals.push_back(Vec3(mesh_.normals[vertex]));
+    next_at_vertex_.push_back(std::exchange(next_at_vertex_[vertex], added));
+    return added;
   }
 
   /// Triangles that name a vertex twice only turn the strip or join it to the next: they are no loss.
@@ -374,7 +443,7 @@ class PlyReader {
     }
   }
 
-  static constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max(), kUnused = kNoVertex - 1;
 
   Steps steps_;
   const PlyHeader& header_;
@@ -382,15 +451,19 @@ class PlyReader {
   std::string_view file_name_;
   TextureFiles::Opened texture_;  ///< Without an image where there is none.
   ImportNotes notes_;
-  bool has_normals_ = false, has_texcoords_ = false, has_colors_ = false, has_alpha_ = false;
-  std::vector<std::size_t> columns_;  ///< Of the vertices' properties.
+  bool has_normals_ = false, has_colors_ = false, has_alpha_ = false;
+  bool has_texcoords_ = false, has_corner_texcoords_ = false;  ///< That are wanted: of vertices, or of faces' corners.
+  std::vector<std::size_t> columns_;                           ///< Of the vertices' properties.
   std::array<PlyScalar, 4> color_types_{};
   MeshAttributes attributes_;
   TriangleMesh mesh_;
-  std::uint64_t index_ = 0;  ///< Of the element that is being read.
-  bool has_faces_ = false;   ///< Whether there is a face, usable or not.
-  bool is_lost_ = false;     ///< The face, or a part of the strip, that is being read.
+  std::uint64_t vertices_ = 0;                 ///< Of the file.
+  std::vector<std::uint32_t> next_at_vertex_;  ///< Of vertices that are copies of one, or it: chained.
+  std::uint64_t index_ = 0;                    ///< Of the element that is being read.
+  bool has_faces_ = false;                     ///< Whether there is a face, usable or not.
+  bool is_lost_ = false;                       ///< The face, or a part of the strip, that is being read.
   std::vector<std::uint32_t> corners_;
+  std::vector<float> texcoords_;  ///< Of the face's corners.
   std::vector<FieldError> errors_;
 };
 

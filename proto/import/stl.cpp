@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cstdint>
 #include <initializer_list>
 #include <string>
@@ -13,6 +12,7 @@
 #include "proto/import/import_notes.h"
 #include "proto/import/mesh_repair.h"
 #include "proto/import/numbers.h"
+#include "proto/import/obj_text.h"
 #include "proto/import/polygon.h"
 #include "proto/import/shared_points.h"
 #include "proto/import/text_cursor.h"
@@ -31,12 +31,6 @@ std::uint32_t little32(std::string_view bytes, std::size_t at) {
 }
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-std::string lower_case(std::string_view word) {
-  std::string lower(word);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower;
-}
 
 /// Binary files have a 0 there, if only in the count, or in a coordinate.
 bool begins_as_text(std::string_view bytes) {

@@ -456,7 +456,25 @@ TEST(Ply, TheTextureThatACommentNames) {
     EXPECT_EQ(file.warnings.at(0).detail, words);
   }
   const Imported without = read_with("property float p\nproperty float q\n", "comment TextureFile a b.png\n");
-  EXPECT_EQ(without.warnings.at(0).detail, "The file names a texture, but its vertices have no texture coordinates");
+  EXPECT_EQ(without.warnings.at(0).detail, "The file names a texture, but has no texture coordinates");
+
+  // As MeshLab writes them: of each face's corners.
+  const std::string square =
+      "ply\nformat ascii 1.0\ncomment TextureFile a b.png\nelement vertex 4\n" + kXyz +
+      "element face 4\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n"
+      "property int texnumber\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+      "3 0 1 2 6 0 0 1 0 1 1 0\n3 0 2 3 6 0 0 0.5 1 0 1 0\n3 0 1 9 6 0 0 1 0 1 1 0\n"
+      "3 0 1 3 2 0 0 0\n";
+  const Imported file = import_ply(
+      square, "a.ply", [&](std::string_view name) { return std::optional(std::filesystem::path(folder) / name); });
+  EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}, {0, 4, 3}, {0, 5, 6}}));
+  EXPECT_EQ(mesh(file).positions[4], (Vec3{1, 1, 0}));
+  EXPECT_EQ(mesh(file).attributes->uvs[0],
+            (std::vector<Vec2>{{0, 1}, {1, 1}, {1, 0}, {0, 0}, {0.5F, 0}, {0, 1}, {0, 1}}));
+  ASSERT_EQ(file.warnings.size(), 3U);
+  EXPECT_EQ(file.warnings[0].detail, "Of the element \"face\" is ignored: texnumber");
+  EXPECT_TRUE(file.warnings[1].detail.starts_with("A face that names a vertex that isn't there"));
+  EXPECT_EQ(file.warnings[2].detail, "A face without texture coordinates for each corner has 0 0 there");
   std::filesystem::remove_all(folder);
 }
 

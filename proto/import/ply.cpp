@@ -416,7 +416,7 @@ class PlyReader {
 
   /// The file's vertex itself for the first ones that it is asked for, then copies, which are chained.
   std::uint32_t vertex_with(std::uint32_t vertex, Vec2 uv) {
-    constexpr int kLongestSearch = 64;  // Sharing vertices only saves memory.
+    constexpr int kMostCopiesTried = 64;  // Sharing vertices only saves memory.
     std::vector<Vec2>& uvs = attributes_.uvs[0];
     if (next_at_vertex_[vertex] == kUnused) {
       next_at_vertex_[vertex] = kNoVertex;
@@ -424,7 +424,7 @@ class PlyReader {
       return vertex;
     }
     std::uint32_t at = vertex;
-    for (int i = 0; at != kNoVertex && i < kLongestSearch; ++i, at = next_at_vertex_[at])
+    for (int i = 0; at != kNoVertex && i < kMostCopiesTried; ++i, at = next_at_vertex_[at])
       if (uvs[at] == uv) return at;
     const auto added = static_cast<std::uint32_t>(uvs.size());
     uvs.push_back(uv);

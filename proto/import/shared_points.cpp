@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t kLeastSlots = 64;
 
 /// So far beyond the usual that somebody made the file for it.
-constexpr int kLongestSearch = 64;
+constexpr int kMostProbes = 64;
 
 std::uint32_t bits(float v) { return std::bit_cast<std::uint32_t>(v); }
 
@@ -42,7 +42,7 @@ std::uint32_t SharedPoints::number(Vec3 point) {
 std::uint32_t* SharedPoints::slot(Vec3 point) {
   const std::size_t mask = slots_.size() - 1;
   std::size_t at = hash(point) & mask;
-  for (int i = 0; i < kLongestSearch; ++i, at = (at + 1) & mask)
+  for (int i = 0; i < kMostProbes; ++i, at = (at + 1) & mask)
     if (slots_[at] == kNone || are_same(points_[slots_[at]], point)) return &slots_[at];
   return nullptr;
 }

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "core/math/portable.h"
+#include "core/math/srgb.h"
 
 namespace tessera {
 namespace {
@@ -70,12 +71,5 @@ std::uint8_t display_byte(float linear) {
 }
 
 float display_light(std::uint8_t byte) { return light_of_encoded(byte / 255.0); }
-
-float light_of_encoded(double encoded) {
-  if (!(encoded > 0)) return 0;
-  if (encoded >= 1) return 1;
-  if (encoded <= 0.04045) return static_cast<float>(encoded / 12.92);
-  return static_cast<float>(portable_exp2(portable_log2((encoded + 0.055) / 1.055) * 2.4));
-}
 
 }  // namespace tessera

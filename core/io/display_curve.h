@@ -11,8 +11,4 @@ std::uint8_t display_byte(float linear);
 /// The linear light, 0 to 1, that `display_byte` makes that byte of. The same bits on every machine.
 float display_light(std::uint8_t byte);
 
-/// The linear light, 0 to 1, that sRGB's curve makes of an encoded value, clamped to 0..1. NaN becomes 0. The same bits
-/// on every machine.
-float light_of_encoded(double encoded);
-
 }  // namespace tessera

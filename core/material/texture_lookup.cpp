@@ -7,16 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/math/portable.h"
+#include "core/math/srgb.h"
 
 namespace tessera {
 namespace {
-
-/// sRGB's curve backwards (IEC 61966-2-1): from an encoded value in 0..1 to linear light.
-float linear_of(double encoded) {
-  if (encoded <= 0.04045) return static_cast<float>(encoded / 12.92);
-  return static_cast<float>(portable_exp2(2.4 * portable_log2((encoded + 0.055) / 1.055)));
-}
 
 /// Of all the numbers that texels of this type can be.
 template <typename T>
@@ -25,7 +19,7 @@ const std::vector<float>& linear_table() {
     constexpr std::size_t kLargest = static_cast<T>(-1);
     std::vector<float> values(kLargest + 1);
     for (std::size_t i = 0; i <= kLargest; ++i)
-      values[i] = linear_of(static_cast<double>(i) / static_cast<double>(kLargest));
+      values[i] = light_of_encoded(static_cast<double>(i) / static_cast<double>(kLargest));
     return values;
   }();
   return table;
@@ -34,7 +28,7 @@ const std::vector<float>& linear_table() {
 template <typename T>
 float value_of(T number, bool is_srgb) {
   if constexpr (std::is_same_v<T, float>) {
-    return is_srgb ? linear_of(number) : number;
+    return is_srgb ? light_of_encoded(number) : number;
   } else {
     if (is_srgb) return linear_table<T>()[number];
     return static_cast<float>(number) / static_cast<float>(static_cast<T>(-1));

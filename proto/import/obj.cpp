@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-#include "core/io/display_curve.h"
+#include "core/math/srgb.h"
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
 #include "proto/import/mtl.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "core/io/display_curve.h"
+#include "core/math/srgb.h"
 #include "proto/import/broken_file.h"
 #include "proto/import/import_notes.h"
 #include "proto/import/mesh_repair.h"

@@ -10,7 +10,7 @@ MAY_INCLUDE = {
     "proto/wire": [],
     # Readers of files stand below what reads documents, which calls them.
     "proto/import": [
-        "proto/wire", "proto/import/gltf/gltf.h", "core/math", "core/geometry", "core/scene", "core/io/display_curve.h",
+        "proto/wire", "proto/import/gltf/gltf.h", "core/math", "core/geometry", "core/scene",
         "core/io/image_header.h",
         "core/io/read_environment.h", "core/io/read_texture.h",
     ],

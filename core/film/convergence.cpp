@@ -80,8 +80,13 @@ class Rows {
     for (std::int32_t x = 0; x < done_.width; ++x) {
       const std::size_t pixel = first + static_cast<std::size_t>(x);
       row(y)[static_cast<std::size_t>(x) + 1] =
-          estimate_of(sums_.totals.color[pixel], sums_.second[pixel], done_.of(x, y).end());
+          estimate_of(on_white(sums_.totals.color, 0, pixel), on_white(sums_.second, 1, pixel), done_.of(x, y).end());
     }
+  }
+
+  Rgb on_white(const std::vector<Rgb>& color, std::size_t half, std::size_t pixel) const {
+    const std::vector<float>& clear = sums_.clear[half];
+    return clear.empty() ? color[pixel] : color[pixel] + Rgb{1, 1, 1} * clear[pixel];
   }
 
   const Sums& sums_;

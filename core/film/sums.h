@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -21,12 +22,16 @@ struct Sums {
   /// there are two.
   Pixels totals;
   std::vector<Rgb> second;  ///< Colour of replicate 1; empty where there is one.
+  /// How much of what lies behind shows through the samples of either replicate. The error of a transparent image is
+  /// that of the image laid on white: a shadow on nothing is black throughout, and would have none. Empty for others.
+  std::array<std::vector<float>, 2> clear;
   /// The mean of the samples' colours, and the sum of the squares of their distances from it (Welford 1962: that of two
   /// sums of squares would lose most of its digits). Empty unless the variance is recorded.
   std::vector<Rgb> mean, squares;
 
   const PixelRect& rect() const { return totals.rect; }
-  void add(std::size_t pixel, std::uint32_t sample, Rgb color);
+  /// `covered`, 0 to 1, is how much of what lies behind a sample hides.
+  void add(std::size_t pixel, std::uint32_t sample, Rgb color, float covered = 1);
   /// Adds to the sum of an AOV that is a mean, if it is recorded. Precondition: T is the type of its values.
   template <typename T>
   void add(Aov aov, std::size_t pixel, const T& value) {
@@ -34,7 +39,7 @@ struct Sums {
   }
   /// Adds to all pixels of a rectangle, whose samples have been alike so far, samples that are so too. However many
   /// they are, that takes 2^25 additions at most: then a sum of floats doesn't grow any more.
-  void add_equal(PixelRect where, SampleRange samples, Rgb color);
+  void add_equal(PixelRect where, SampleRange samples, Rgb color, float covered = 1);
   /// Takes those of a rectangle from others that have it.
   void copy(const Sums& from, PixelRect where);
 

@@ -75,7 +75,6 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, Pass
       pass_(std::move(work.pass)),
       order_(tile_.rect, *pass_),
       result_{std::move(work.pixels), std::move(work.sums), {}, {}},
-      on_white_(context.settings.transparent && context.settings.aovs.contains(Aov::alpha) && shows_ground(context)),
       log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
       camera_(context.rays) {
   if (tile_.first_level == FirstLevel::nothing && even_background(context)) return;
@@ -95,7 +94,7 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
   do {
     if (samples_.empty()) {
       if (!order_.next(samples_at_once(), most_pixels, samples_)) {
-        finish();
+        resolve(result_.sums, *pass_, result_.pixels);
         return true;
       }
       begin_chunk();
@@ -126,11 +125,11 @@ void TileRenderer::fit_chunks() {
 void TileRenderer::fill_with_background() {
   const Rgb color = clamped(*even_background(context_), context_.settings.clamp);
   pass_->for_blocks_in(tile_.rect, [&](PixelRect part, const SampleRange& samples) {
-    if (samples.count > 0) result_.sums.add_equal(part, samples, color);
+    if (samples.count > 0) result_.sums.add_equal(part, samples, color, 0);
   });
   samples_done_ = pass_->samples_in(tile_.rect);
   result_.rays.camera_skipped = samples_done_;
-  finish();
+  resolve(result_.sums, *pass_, result_.pixels);
 }
 
 void TileRenderer::begin_chunk() {
@@ -147,9 +146,8 @@ void TileRenderer::end_chunk() {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const std::size_t at = pixel(samples_[i]);
     const bool is_hidden = context_.settings.transparent && covered_[i] == 0;
-    Rgb color = is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp);
-    if (on_white_) color = color + Rgb{1, 1, 1} * (1 - covered_[i]);
-    result_.sums.add(at, samples_[i].index, color);
+    const Rgb color = is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp);
+    result_.sums.add(at, samples_[i].index, color, covered_[i]);
     result_.sums.add(Aov::alpha, at, covered_[i]);
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
@@ -218,17 +216,6 @@ void TileRenderer::record_costs(std::size_t at) {
   };
   result_.sums.add(Aov::cost_volumes, at, cost(&TestCounts::volume_tests));
   result_.sums.add(Aov::cost_primitives, at, cost(&TestCounts::object_tests));
-}
-
-void TileRenderer::finish() {
-  resolve(result_.sums, *pass_, result_.pixels);
-  if (!on_white_) return;
-  const std::vector<float>& alpha = result_.pixels.plane<float>(Aov::alpha);
-  for (std::size_t i = 0; i < alpha.size(); ++i) {
-    Rgb& color = result_.pixels.color[i];
-    const float white = 1 - alpha[i];
-    color = {std::max(color.r - white, 0.0F), std::max(color.g - white, 0.0F), std::max(color.b - white, 0.0F)};
-  }
 }
 
 }  // namespace tessera

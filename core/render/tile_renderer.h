@@ -45,8 +45,6 @@ class TileRenderer {
   void record_aovs();
   void record_albedo(std::size_t at, const Ray& ray, const Hit& hit);
   void record_costs(std::size_t at);
-  /// Makes the pixels of what has been summed.
-  void finish();
   std::size_t pixel(const SampleId& sample) const { return result_.pixels.index(sample.x, sample.y); }
 
   const RenderContext& context_;
@@ -55,9 +53,6 @@ class TileRenderer {
   SampleOrder order_;
   Candidates candidates_;
   TileResult result_;  ///< Its pixels are made of its sums when all is traced.
-  /// Shadows on a ground that is transparent have no colour, and the noise in them is to be seen by who measures it: so
-  /// colours are summed as they look on white, which is taken away at the end.
-  bool on_white_;
   TraceLog log_;
   std::unique_ptr<Integrator> integrator_;  ///< Unless all pixels of the tile are the same.
   TestCounts before_chunk_;

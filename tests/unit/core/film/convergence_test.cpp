@@ -170,6 +170,30 @@ TEST(Convergence, EstimatesAreAsGoodAsTheNoiseIsPlain) {
   EXPECT_NEAR(ratio, 1, 0.02);
 }
 
+TEST(Convergence, TransparentImagesAreMeasuredAsTheyLookOnWhite) {
+  Settings transparent = measured();
+  transparent.transparent = true;
+  transparent.aovs.insert(Aov::alpha);
+  const PixelRect image{0, 0, kSide, kSide}, top{0, 0, kSide, 8};
+  Sums shadow(image, transparent), white(image, measured());
+  const Pass pass(kSide, kSide, {0, 16});
+  shadow.add_equal(top, {0, 16}, {}, 0);
+  white.add_equal(top, {0, 16}, {1, 1, 1});
+  Random random(7);
+  for (std::int32_t y = top.y1; y < kSide; ++y)
+    for (std::int32_t x = 0; x < kSide; ++x)
+      for (std::uint32_t i = 0; i < 16; ++i) {
+        const float covered = uniform(random) < 0.3 ? 1.0F : 0.0F;
+        shadow.add(shadow.totals.index(x, y), i, {}, covered);
+        white.add(white.totals.index(x, y), i, Rgb{1, 1, 1} * (1 - covered));
+      }
+  const auto of_shadow = measure(shadow, pass), on_white = measure(white, pass);
+  ASSERT_TRUE(of_shadow && on_white);
+  EXPECT_GT(of_shadow->estimate.error, 0.1);
+  EXPECT_EQ(of_shadow->estimate.error, on_white->estimate.error);
+  EXPECT_EQ(of_shadow->blocks, on_white->blocks);
+}
+
 TEST(Convergence, NothingIsKnownOfLessThanTwoSamples) {
   Settings settings = measured();
   const Sums sums({0, 0, kSide, kSide}, settings);

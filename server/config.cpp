@@ -9,7 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "server/request.h"
+#include "server/http/request.h"
 
 namespace tessera::server {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "server/config.h"
 #include "server/daemon.h"
-#include "server/router.h"
+#include "server/http/router.h"
 
 int main(int argc, char** argv) try {
   using namespace tessera::server;

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
-#include "server/blob_store.h"
 #include "server/handlers/handlers.h"
+#include "server/store/blob_store.h"
 
 namespace tessera::server {
 

@@ -7,17 +7,17 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/parse.h"
-#include "server/blob_store.h"
-#include "server/drake_form.h"
-#include "server/drake_view.h"
+#include "server/handlers/drake_form.h"
+#include "server/handlers/drake_view.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/image_choice.h"
 #include "server/handlers/picture.h"
-#include "server/image_choice.h"
-#include "server/job_submission.h"
-#include "server/job_table.h"
-#include "server/known_jobs.h"
-#include "server/lane.h"
-#include "server/scene_store.h"
+#include "server/http/lane.h"
+#include "server/jobs/job_submission.h"
+#include "server/jobs/job_table.h"
+#include "server/jobs/known_jobs.h"
+#include "server/store/blob_store.h"
+#include "server/store/scene_store.h"
 
 /// POST /render: the glTF Render Client-Server API of Drake (`DrakeForm`).
 namespace tessera::server {

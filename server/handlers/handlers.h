@@ -1,7 +1,7 @@
 #pragma once
 
-#include "server/request.h"
-#include "server/response.h"
+#include "server/http/request.h"
+#include "server/http/response.h"
 #include "server/services.h"
 
 /// What the routes do, one function each: from a request and the services to a response, without sockets.

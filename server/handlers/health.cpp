@@ -4,13 +4,13 @@
 
 #include "proto/import/import.h"
 #include "proto/names.h"
-#include "server/accel_json.h"
 #include "server/config.h"
-#include "server/documents.h"
+#include "server/handlers/accel_json.h"
+#include "server/handlers/documents.h"
 #include "server/handlers/handlers.h"
-#include "server/image_choice.h"
-#include "server/job_runner.h"
-#include "server/job_table.h"
+#include "server/handlers/image_choice.h"
+#include "server/jobs/job_runner.h"
+#include "server/jobs/job_table.h"
 #include "server/log.h"
 
 namespace tessera::server {

@@ -16,11 +16,11 @@
 #include "proto/wire/abandoned.h"
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/image_choice.h"
 #include "server/handlers/picture.h"
-#include "server/image_cache.h"
-#include "server/image_choice.h"
-#include "server/job_table.h"
-#include "server/lane.h"
+#include "server/http/lane.h"
+#include "server/jobs/job_table.h"
+#include "server/store/image_cache.h"
 
 namespace tessera::server {
 using proto::ImageState;

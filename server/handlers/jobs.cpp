@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/parse.h"
-#include "server/blob_store.h"
 #include "server/config.h"
 #include "server/handlers/handlers.h"
-#include "server/image_cache.h"
-#include "server/job_submission.h"
-#include "server/job_table.h"
-#include "server/query_errors.h"
+#include "server/http/query_errors.h"
+#include "server/jobs/job_submission.h"
+#include "server/jobs/job_table.h"
+#include "server/store/blob_store.h"
+#include "server/store/image_cache.h"
 
 namespace tessera::server {
 

@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "server/image_choice.h"
-#include "server/job.h"
-#include "server/request.h"
-#include "server/response.h"
+#include "server/handlers/image_choice.h"
+#include "server/http/request.h"
+#include "server/http/response.h"
+#include "server/jobs/job.h"
 #include "server/services.h"
 
 namespace tessera::server {

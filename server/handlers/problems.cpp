@@ -5,7 +5,7 @@
 
 #include "proto/wire/problem.h"
 #include "server/handlers/handlers.h"
-#include "server/media_type.h"
+#include "server/http/media_type.h"
 
 namespace tessera::server {
 namespace {

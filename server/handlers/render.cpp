@@ -9,14 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include "server/asset.h"
+#include "server/handlers/asset.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/image_choice.h"
+#include "server/handlers/job_draft.h"
 #include "server/handlers/picture.h"
-#include "server/http_syntax.h"
-#include "server/image_choice.h"
-#include "server/job_draft.h"
-#include "server/job_table.h"
-#include "server/known_jobs.h"
+#include "server/http/http_syntax.h"
+#include "server/jobs/job_table.h"
+#include "server/jobs/known_jobs.h"
 
 namespace tessera::server {
 using proto::ImageState;

@@ -5,10 +5,10 @@
 
 #include "core/accel/accel_table.h"
 #include "core/render/render.h"
-#include "server/accel_json.h"
+#include "server/handlers/accel_json.h"
 #include "server/handlers/handlers.h"
-#include "server/job_runner.h"
-#include "server/job_table.h"
+#include "server/jobs/job_runner.h"
+#include "server/jobs/job_table.h"
 
 namespace tessera::server {
 namespace {

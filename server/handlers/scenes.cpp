@@ -6,7 +6,7 @@
 
 #include "core/geometry/shape.h"
 #include "server/handlers/handlers.h"
-#include "server/scene_store.h"
+#include "server/store/scene_store.h"
 
 namespace tessera::server {
 namespace {

@@ -7,8 +7,8 @@
 #include "core/accel/accel_table.h"
 #include "proto/wire/job_status.h"
 #include "proto/wire/problem.h"
-#include "server/documents.h"
-#include "server/image_choice.h"
+#include "server/handlers/documents.h"
+#include "server/handlers/image_choice.h"
 
 namespace tessera::server {
 namespace {

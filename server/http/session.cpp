@@ -1,0 +1,609 @@
+#include "server/http/session.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <ctime>
+#include <exception>
+#include <iterator>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include "proto/wire/printable.h"
+#include "server/config.h"
+#include "server/http/chunked_body.h"
+#include "server/http/request_head.h"
+#include "server/http/router.h"
+#include "server/jobs/job_table.h"
+#include "server/memory_reserve.h"
+#include "server/store/blob_store.h"
+
+namespace tessera::server {
+using proto::Problem;
+using proto::ProblemCode;
+
+namespace {
+
+constexpr std::size_t kFirstRead = 4 << 10;
+constexpr std::size_t kPieceBytes = 64 << 10;
+/// Of a file, to be written at once: what is done in a lane costs two changes of threads.
+constexpr std::size_t kFilePieceBytes = 256 << 10;
+constexpr std::chrono::seconds kLinger{2};
+constexpr unsigned kMostSteps = 16;
+/// Of encoded images that slow readers hold together.
+constexpr std::uint64_t kMostAnswers = 4ULL << 30;
+/// What the quick lane takes: documents of so many bytes, that name files of so many.
+constexpr std::size_t kQuickDocument = 64 << 10;
+constexpr std::uint64_t kQuickFiles = 256 << 10;
+/// A client that says no more is asked after so long whether it still listens.
+constexpr std::chrono::milliseconds kBeforeAsking{250};
+
+constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+constexpr std::string_view kProcessing = "HTTP/1.1 102 Processing\r\n\r\n";
+/// The answer that takes no memory.
+constexpr std::string_view kNoMemory =
+    "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/problem+json\r\nRetry-After: 1\r\n"
+    "Connection: close\r\n\r\n"
+    R"({"type":"/problems/out_of_memory_budget","title":"The server is short of memory","status":503,)"
+    R"("detail":"Try again later.","code":"out_of_memory_budget","errors":[]})"
+    "\n";
+
+// Temporaries with destructors are kept out of co_await and co_return expressions throughout: g++ 12 may destroy
+// those of braced initialisers twice.
+
+Problem problem(ProblemCode code, std::string detail) { return {code, std::move(detail), {}}; }
+
+// What makes JSON may draw on the reserve.
+Response refuse(const Problem& why, Response (*as)(const Problem&) = problem_response) {
+  const MemoryReserve::Share share;
+  return as(why);
+}
+std::variant<const Route*, Response> route_of(const Config& config, Request& request) {
+  const MemoryReserve::Share share;
+  return find_route(config, request);
+}
+
+std::string http_date() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[64];
+  return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts)};
+}
+
+struct Reason {
+  int status;
+  std::string_view phrase;
+};
+constexpr Reason kReasons[] = {{200, "OK"},
+                               {201, "Created"},
+                               {202, "Accepted"},
+                               {204, "No Content"},
+                               {304, "Not Modified"},
+                               {400, "Bad Request"},
+                               {404, "Not Found"},
+                               {405, "Method Not Allowed"},
+                               {406, "Not Acceptable"},
+                               {408, "Request Timeout"},
+                               {409, "Conflict"},
+                               {410, "Gone"},
+                               {413, "Content Too Large"},
+                               {414, "URI Too Long"},
+                               {415, "Unsupported Media Type"},
+                               {417, "Expectation Failed"},
+                               {422, "Unprocessable Content"},
+                               {429, "Too Many Requests"},
+                               {431, "Request Header Fields Too Large"},
+                               {500, "Internal Server Error"},
+                               {501, "Not Implemented"},
+                               {503, "Service Unavailable"},
+                               {505, "HTTP Version Not Supported"}};
+
+/// Nothing where there is none: nobody needs one (RFC 9112, 4).
+std::string_view reason(int status) {
+  const auto* const found = std::ranges::find(kReasons, status, &Reason::status);
+  return found == std::end(kReasons) ? std::string_view{} : found->phrase;
+}
+
+/// Counts one for as long as it lives.
+template <typename Count>
+class Counted {
+ public:
+  explicit Counted(std::atomic<Count>& count) : count_(count) { ++count_; }
+  ~Counted() { --count_; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  std::atomic<Count>& count_;
+};
+
+/// A share of the memory for documents, given back at the end.
+class Share {
+ public:
+  explicit Share(std::atomic<std::uint64_t>& total) : total_(total) {}
+  ~Share() { total_ -= taken_; }
+  Share(const Share&) = delete;
+  Share& operator=(const Share&) = delete;
+
+  /// Whether all shares together still fit after this one grew.
+  bool grow(std::uint64_t bytes, std::uint64_t limit) {
+    taken_ += bytes;
+    return (total_ += bytes) <= limit;
+  }
+
+ private:
+  std::atomic<std::uint64_t>& total_;
+  std::uint64_t taken_ = 0;
+};
+
+/// Bytes that have come in and weren't taken yet.
+class Input {
+ public:
+  std::string_view bytes() const { return {buffer_.data() + begin_, end_ - begin_}; }
+  void take(std::size_t count) { begin_ += count; }
+
+  /// Room for up to `most` bytes together with those that are there.
+  std::span<char> room(std::size_t most) {
+    if (begin_ > 0) std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= std::exchange(begin_, 0);
+    if (end_ == buffer_.size()) buffer_.resize(std::clamp(2 * end_, kFirstRead, std::max(most, end_ + 1)));
+    return std::span(buffer_).subspan(end_);
+  }
+  void received(std::size_t count) { end_ += count; }
+
+  /// Gives memory back that nothing stands in: a connection that waits keeps little.
+  void shrink() {
+    if (begin_ == end_ && buffer_.size() > kFirstRead) *this = {};
+  }
+
+ private:
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0, end_ = 0;
+};
+
+/// What became of work in a lane.
+struct Outcome {
+  std::optional<Response> response;  ///< None where there was no memory for any.
+  bool was_too_heavy = false;
+};
+
+class Session {
+ public:
+  Session(EventLoop& loop, FileDescriptor socket, Connections& connections, std::coroutine_handle<> coroutine)
+      : loop_(loop),
+        channel_(loop, std::move(socket), coroutine),
+        connections_(connections),
+        services_(connections.services),
+        timeout_(services_.config.timeout) {}
+
+  Task<bool> run() {
+    bool goes_on = true;
+    while (goes_on) goes_on = co_await exchange();
+    co_return co_await close();
+  }
+
+ private:
+  enum class Received { all, nothing, refused };
+
+  /// One request and its response. Whether the connection goes on.
+  Task<bool> exchange() {
+    has_answered_ = false;
+    bool keep = false;
+    try {
+      keep = co_await answer_one();
+    } catch (const std::bad_alloc&) {
+      spdlog::error("a request is refused: the server is out of memory");
+      if (!has_answered_) ::send(channel_.socket(), kNoMemory.data(), kNoMemory.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    }
+    co_return keep;
+  }
+
+  Task<bool> answer_one() {
+    MemoryReserve::refill();
+    input_.shrink();
+    RequestHead head;
+    std::optional<Problem> wrong;
+    const Received received = co_await receive_head(head, wrong);
+    if (received == Received::nothing) co_return false;
+    const Counted active(connections_.requests_active);
+    const bool stopping = services_.shutting_down;
+    body_is_read_ = !wrong && !head.has_body();
+    Response response;
+    if (wrong)
+      response = refuse(*wrong);
+    else
+      response = co_await respond(head);
+    if (channel_.broken().stop_requested()) {
+      spdlog::debug("{} {} abandoned", head.method, proto::printable(head.target));
+      co_return false;
+    }
+    spdlog::debug("{} {} {}", head.method, proto::printable(head.target), response.status);
+    // A body that wasn't read to its end stands where the next request should begin.
+    const bool keep = head.keep_alive && body_is_read_ && !stopping;
+    const bool sent = co_await send(head, response, keep);
+    co_return sent&& keep;
+  }
+
+  Task<Received> receive_head(RequestHead& head, std::optional<Problem>& wrong) {
+    RequestHeadParser parser;
+    channel_.expires_after(timeout_);
+    for (;;) {
+      wrong = parser.advance(input_.bytes());
+      if (wrong || parser.is_complete()) break;
+      const bool more = co_await receive(RequestHeadParser::kMostBytes);
+      if (more) continue;
+      if (!parser.has_begun() || channel_.broken().stop_requested()) co_return Received::nothing;
+      wrong = has_expired_ ? problem(ProblemCode::request_timeout, "The request's header took too long to arrive.")
+                           : problem(ProblemCode::malformed_request, "The request breaks off before its header ends.");
+      break;
+    }
+    input_.take(parser.size());
+    head = parser.take_head();
+    co_return wrong ? Received::refused : Received::all;
+  }
+
+  Task<Response> respond(const RequestHead& head) {
+    Response response;
+    Request request;
+    request.abandoned = channel_.broken();
+    if (auto wrong = read_request(head, request)) {
+      response = refuse(*wrong);
+      co_return response;
+    }
+    const auto found = route_of(services_.config, request);
+    if (const auto* answered = std::get_if<Response>(&found)) {
+      response = *answered;
+      co_return response;
+    }
+    const Route& route = *std::get<const Route*>(found);
+    Share share(connections_.body_bytes);
+    std::optional<Problem> wrong;
+    try {
+      wrong = co_await receive_body(head, route, request, share);
+    } catch (const std::bad_alloc&) {
+      wrong = problem(ProblemCode::out_of_memory_budget, "There is no memory for this body.");
+    } catch (const std::exception& error) {  // The disk is full, say.
+      spdlog::error("receiving a body: {}", error.what());
+      wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");
+    }
+    if (wrong)
+      response = refuse(*wrong, route.refuse);
+    else
+      response = co_await handle(head, route, request);
+    co_return response;
+  }
+
+  /// What a handler sees; a problem where the target is none.
+  std::optional<Problem> read_request(const RequestHead& head, Request& request) {
+    if (head.method != "OPTIONS" || head.target != "*") {
+      auto target = parse_target(head.target);
+      if (!target)
+        return problem(ProblemCode::malformed_request, "The request target isn't a path with proper percent encoding.");
+      request.target = *std::move(target);
+    }
+    request.is_head = head.method == "HEAD";
+    request.method = request.is_head ? "GET" : head.method;
+    request.headers = head.headers;
+    return std::nullopt;
+  }
+
+  /// Runs the handler where it belongs, and what goes on for it when a job has ended.
+  Task<Response> handle(const RequestHead& head, const Route& route, Request& request) {
+    const bool may_ask = head.minor_version > 0;
+    Response response = co_await answer(route, route.handle, request, may_ask);
+    while (response.later) {
+      const std::shared_ptr<const Later> later = std::move(response.later);
+      co_await wait_for(*later, may_ask);
+      response = Response();
+      if (channel_.broken().stop_requested()) break;
+      response = co_await answer(route, later->then, request, may_ask);
+    }
+    co_return response;
+  }
+
+  Task<Response> answer(const Route& route, const Handler& handler, Request& request, bool may_ask) {
+    Outcome outcome;
+    const auto run = [&] { outcome = run_guarded(route, handler, request); };
+    const auto run_briefly = [&] {
+      const FileBudget budget(kQuickFiles);
+      run();
+    };
+    if (route.place == Place::io) {
+      run();
+    } else {
+      const bool is_quick = route.place == Place::quick && request.body.size() <= kQuickDocument;
+      if (is_quick) co_await run_on(connections_.quick, run_briefly, may_ask);
+      if (!is_quick || outcome.was_too_heavy) co_await run_on(connections_.slow, run, may_ask);
+    }
+    if (!outcome.response && !channel_.broken().stop_requested()) throw std::bad_alloc();
+    Response response = outcome.response.value_or(Response{});
+    co_return response;
+  }
+
+  Outcome run_guarded(const Route& route, const Handler& handler, Request& request) noexcept {
+    const MemoryReserve::Share share;
+    Outcome outcome;
+    try {
+      outcome.response = run_handler(route, handler, services_, request);
+    } catch (const TooHeavy&) {
+      outcome.was_too_heavy = true;
+    } catch (...) {  // No memory for the refusal either.
+    }
+    return outcome;
+  }
+
+  /// Calls `function`, which doesn't throw, in a lane, while this coroutine waits: `channel_.broken()` is requested
+  /// when the client doesn't any more.
+  template <typename WorkFunction>
+  Task<bool> run_on(Lane& lane, WorkFunction& function, bool may_ask) {
+    struct InLane final : Lane::Work {
+      InLane(Session& its_session, WorkFunction& its_work) : session(its_session), work(its_work) {}
+      void run() noexcept override {
+        if (!session.channel_.broken().stop_requested()) work();
+        session.loop_.post(message);
+      }
+      Session& session;
+      WorkFunction& work;
+      EventLoop::Message message;
+    };
+    InLane in_lane(*this, function);
+    in_lane.message.to = &channel_;
+    lane.push(in_lane);
+    const auto never = [] { return false; };
+    co_await wait_for_message(in_lane.message, Channel::Clock::time_point::max(), never, may_ask);
+    co_return true;
+  }
+
+  /// Waits for what an answer waits for, or until the client has gone.
+  Task<bool> wait_for(const Later& later, bool may_ask) {
+    struct Told final : JobTable::Waiter {
+      explicit Told(EventLoop& its_loop) : loop(its_loop) {}
+      void job_has_ended() noexcept override { loop.post(message); }
+      EventLoop& loop;
+      EventLoop::Message message;
+    };
+    Told told(loop_);
+    told.message.to = &channel_;
+    if (!services_.jobs.wait(later.job, told)) co_return true;
+    const auto until = later.until.value_or(Channel::Clock::time_point::max());
+    const auto has_stopped = [&] {
+      const bool is_over = channel_.broken().stop_requested() || Channel::Clock::now() >= until;
+      return is_over && services_.jobs.stop_waiting(later.job, told);
+    };
+    co_await wait_for_message(told.message, until, has_stopped, may_ask);
+    co_return true;
+  }
+
+  /// Waits for a message, or until `has_stopped`, at `until` at the latest, and looks whether the client still does.
+  ///
+  /// A client that closes its side may have gone, or may just have no more to say, as `nc -N` does, and both look the
+  /// same from here until something is sent. So that it needn't be guessed, an interim response is (RFC 9110, 15.2):
+  /// who listens skips it, and for who has gone the system answers with a reset. HTTP/1.0 knows none, so that such a
+  /// client is worked for to the end.
+  template <typename HasStopped>
+  Task<bool> wait_for_message(const EventLoop::Message& message, Channel::Clock::time_point until,
+                              const HasStopped& has_stopped, bool may_ask) {
+    std::optional<Channel::Clock::time_point> to_ask;
+    bool has_asked = false;
+    while (!message.is_done && !has_stopped()) {
+      if (channel_.peer_has_finished() && may_ask && !has_asked && !to_ask)
+        to_ask = Channel::Clock::now() + kBeforeAsking;
+      channel_.expires_at(to_ask ? std::min(*to_ask, until) : until);
+      co_await channel_.change();
+      if (message.is_done || !to_ask || Channel::Clock::now() < *to_ask) continue;
+      to_ask.reset();
+      has_asked = true;
+      const ssize_t sent =
+          ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      // A part of it would stand in the middle of what follows.
+      if (sent > 0 && static_cast<std::size_t>(sent) < kProcessing.size()) channel_.give_up();
+    }
+    co_return true;
+  }
+
+  /// Reads the body into the request, or says why not.
+  Task<std::optional<Problem>> receive_body(const RequestHead& head, const Route& route, Request& request,
+                                            Share& share) {
+    std::optional<Problem> wrong;
+    if (route.body == Body::none) {
+      if (head.has_body()) wrong = problem(ProblemCode::malformed_request, "This request takes no body.");
+      co_return wrong;
+    }
+    const std::uint64_t limit = route.body == Body::json ? services_.config.max_body : services_.config.max_blob;
+    const Problem too_large =
+        problem(ProblemCode::payload_too_large, "At most " + std::to_string(limit) + " bytes are taken here.");
+    if (head.content_length > limit) {
+      wrong = too_large;
+      co_return wrong;
+    }
+    if (route.body != Body::json) request.file = services_.blobs.receive();
+    if (head.has_body() && head.expects_continue && input_.bytes().empty()) {
+      co_await write(kContinue, {});
+      has_answered_ = false;  // That was no answer yet.
+    }
+
+    ChunkedBody chunked;
+    std::uint64_t left = head.content_length, total = 0;
+    std::string piece;  // Of a file: chunks may be small.
+    const auto is_complete = [&] { return head.is_chunked ? chunked.is_complete() : left == 0; };
+    while (!is_complete()) {
+      std::string_view bytes = input_.bytes();
+      std::string_view data = head.is_chunked ? chunked.next(bytes) : bytes.substr(0, std::min(left, bytes.size()));
+      if (chunked.problem()) co_return chunked.problem();
+      total += data.size();
+      const bool takes_memory = route.body == Body::json || total <= ReceivedFile::kMostInMemory;
+      if (total > limit) {
+        wrong = too_large;
+      } else if (takes_memory && !share.grow(data.size(), services_.config.max_bodies)) {
+        wrong = problem(ProblemCode::out_of_memory_budget, "Too many documents are arriving at once.");
+      } else if (route.body == Body::json) {
+        request.body.append(data);
+      } else {
+        piece.append(data);
+      }
+      if (wrong) co_return wrong;
+      if (head.is_chunked) {
+        input_.take(input_.bytes().size() - bytes.size());
+      } else {
+        input_.take(data.size());
+        left -= data.size();
+      }
+      if (piece.size() >= kFilePieceBytes || (!piece.empty() && is_complete())) {
+        std::exception_ptr failure;
+        const auto write_to_file = [&] {
+          try {
+            request.file->write(std::as_bytes(std::span(piece)));
+          } catch (...) {
+            failure = std::current_exception();
+          }
+        };
+        if (request.file->has_memory_for(piece.size()))
+          write_to_file();
+        else
+          co_await run_on(connections_.quick, write_to_file, head.minor_version > 0);
+        if (failure) std::rethrow_exception(failure);
+        piece.clear();
+      }
+      if (!data.empty() || is_complete()) continue;
+      channel_.expires_after(timeout_);
+      const bool more = co_await receive(kPieceBytes);
+      if (more) continue;
+      wrong = has_expired_ ? problem(ProblemCode::request_timeout, "The body took too long to arrive.")
+                           : problem(ProblemCode::malformed_request, "The body breaks off before its end.");
+      co_return wrong;
+    }
+    body_is_read_ = true;
+    co_return wrong;
+  }
+
+  /// Reads some bytes to those that are there, as long as these are fewer than `most`; false when none will come, or
+  /// not in time, which `has_expired_` says then.
+  Task<bool> receive(std::size_t most) {
+    co_await give_way();
+    const std::span<char> room = input_.room(most);
+    for (;;) {
+      const ssize_t count = ::recv(channel_.socket(), room.data(), room.size(), 0);
+      if (count > 0) {
+        input_.received(static_cast<std::size_t>(count));
+        co_return true;
+      }
+      if (count < 0 && errno == EINTR) continue;
+      if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) co_return false;
+      steps_ = 0;
+      has_expired_ = !co_await channel_.change();
+      if (has_expired_) co_return false;
+    }
+  }
+
+  /// Whether all of it went out.
+  Task<bool> send(const RequestHead& head, const Response& response, bool keep) {
+    const bool is_bare = response.status == 204 || response.status == 304;
+    std::string text = "HTTP/1.1 " + std::to_string(response.status) + ' ';
+    text += reason(response.status);
+    text += "\r\nServer: tessera/" TESSERA_VERSION "\r\nDate: " + http_date() + "\r\n";
+    for (const auto& [name, value] : response.headers) text += name + ": " + value + "\r\n";
+    if (!is_bare && response.has_length)
+      text += "Content-Length: " + std::to_string(response.content().size()) + "\r\n";
+    if (!keep) text += "Connection: close\r\n";
+    if (keep && head.minor_version == 0) text += "Connection: keep-alive\r\n";
+    text += "\r\n";
+    const std::string_view body = is_bare || head.method == "HEAD" ? std::string_view{} : response.content();
+    Share share(connections_.answer_bytes);
+    if (response.shared_body && !share.grow(body.size(), kMostAnswers)) throw std::bad_alloc();
+    const bool sent = co_await write(text, body);
+    co_return sent;
+  }
+
+  /// Piece by piece, so that a slow reader has the time that its link needs, and a stuck one hasn't.
+  Task<bool> write(std::string_view first, std::string_view second) {
+    channel_.expires_after(timeout_);
+    while (!first.empty() || !second.empty()) {
+      co_await give_way();
+      iovec pieces[] = {{const_cast<char*>(first.data()), first.size()},
+                        {const_cast<char*>(second.data()), second.size()}};
+      msghdr message{};
+      message.msg_iov = pieces;
+      message.msg_iovlen = std::size(pieces);
+      const ssize_t count = ::sendmsg(channel_.socket(), &message, MSG_NOSIGNAL);
+      if (count >= 0) {
+        has_answered_ = true;
+        const auto of_first = std::min(static_cast<std::size_t>(count), first.size());
+        first.remove_prefix(of_first);
+        second.remove_prefix(static_cast<std::size_t>(count) - of_first);
+        channel_.expires_after(timeout_);
+        continue;
+      }
+      if (errno == EINTR) continue;
+      if (errno != EAGAIN && errno != EWOULDBLOCK) co_return false;
+      steps_ = 0;
+      const bool in_time = co_await channel_.change();
+      if (!in_time) co_return false;
+    }
+    co_return true;
+  }
+
+  /// Lets the other connections of this loop have their turn, after some steps without having waited.
+  Task<bool> give_way() {
+    if (++steps_ > kMostSteps) {
+      EventLoop::Message turn;
+      turn.to = &channel_;
+      loop_.post(turn);
+      while (!turn.is_done) co_await channel_.change();
+      steps_ = 0;
+    }
+    co_return true;
+  }
+
+  /// Says goodbye and reads on for a moment: closing on unread bytes would reset the connection and take the
+  /// response away from a peer that is still sending.
+  Task<bool> close() {
+    ::shutdown(channel_.socket(), SHUT_WR);
+    channel_.expires_after(kLinger);
+    const auto end = Channel::Clock::now() + kLinger;
+    for (bool more = true; more && Channel::Clock::now() < end;) {
+      input_.take(input_.bytes().size());
+      more = co_await receive(kPieceBytes);
+    }
+    co_return true;
+  }
+
+  EventLoop& loop_;
+  Channel channel_;
+  Connections& connections_;
+  Services& services_;
+  const std::chrono::seconds timeout_;
+  Input input_;
+  bool has_expired_ = false;   ///< The last `receive` came too late.
+  bool body_is_read_ = false;  ///< Of the request at hand.
+  bool has_answered_ = false;  ///< Or begun to.
+  unsigned steps_ = 0;         ///< Reads and writes since this waited last.
+};
+
+}  // namespace
+
+Detached serve(EventLoop& loop, FileDescriptor socket, Connections& connections) {
+  const Counted open(connections.open);
+  const std::coroutine_handle<> coroutine = co_await ThisCoroutine{};
+  try {
+    Session session(loop, std::move(socket), connections, coroutine);
+    co_await session.run();
+  } catch (const std::exception& error) {
+    spdlog::error("a connection ended: {}", error.what());
+  } catch (...) {
+    spdlog::error("a connection ended");
+  }
+}
+
+}  // namespace tessera::server

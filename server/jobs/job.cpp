@@ -1,0 +1,173 @@
+#include "server/jobs/job.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <ctime>
+
+namespace tessera::server {
+namespace {
+
+constexpr std::array kRays{&RayCounts::camera,        &RayCounts::camera_hits, &RayCounts::reflection,
+                           &RayCounts::refraction,    &RayCounts::shadow,      &RayCounts::scattered,
+                           &RayCounts::camera_skipped};
+static_assert(sizeof(RayCounts) == kRays.size() * sizeof(std::uint64_t), "every member is told");
+
+std::string rfc3339(std::chrono::system_clock::time_point time) {
+  const auto since_epoch = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
+  const std::time_t seconds = since_epoch / 1000;
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char day_and_time[32], text[48];
+  std::strftime(day_and_time, sizeof day_and_time, "%Y-%m-%dT%H:%M:%S", &parts);
+  std::snprintf(text, sizeof text, "%s.%03dZ", day_and_time, static_cast<int>(since_epoch % 1000));
+  return text;
+}
+
+std::uint64_t samples_of(const Settings& settings) {
+  return std::uint64_t{settings.width} * settings.height * settings.samples;
+}
+
+/// Seconds to go until the image has so many samples, if the rays still to be traced cost as much as those that were.
+/// Samples of empty tiles cost next to nothing, so they don't count.
+std::optional<double> seconds_until(double samples, const JobView& job, JobTimes::Clock::time_point now) {
+  if (job.state != proto::JobState::rendering) return std::nullopt;
+  const auto done = static_cast<double>(job.progress->rays().camera);
+  if (done == 0) return std::nullopt;
+  const double traced =
+      static_cast<double>(job.plan->camera_rays) / static_cast<double>(samples_of(job.order->settings));
+  const double spent = std::chrono::duration<double>(now - *job.times.rendering).count();
+  const double left = spent * std::max(0.0, samples * traced / done - 1);
+  const auto& limit = job.order->settings.seconds;
+  return limit ? std::min(left, std::max(0.0, *limit - spent)) : left;
+}
+
+std::string_view name(EndedBy by) {
+  switch (by) {
+    case EndedBy::samples:
+      return "samples";
+    case EndedBy::error:
+      return "error";
+    case EndedBy::seconds:
+      break;
+  }
+  return "seconds";
+}
+
+/// What passes say of a job: how much of it is done, what is left, and how good it is by now.
+void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::JobStatus& status) {
+  const PassReport passes = job.progress->passes();
+  const auto most = static_cast<double>(samples_of(job.order->settings));
+  const auto done = static_cast<double>(status.samples_done);
+  const double pixels = static_cast<double>(status.width) * status.height;
+  // Before they begin, nothing is known but what was asked for.
+  const bool has_begun = passes.high_total > 0, may_be_less = measures_error(job.order->settings);
+  const double low = std::max(done, has_begun ? static_cast<double>(passes.low_total) : may_be_less ? pixels : most);
+  const double high = std::max(done, has_begun ? static_cast<double>(passes.high_total) : most);
+  const double middle = std::sqrt(low * high);
+  status.passes = passes.passes;
+  status.progress = done / middle;
+  status.progress_range = {done / high, done / low};
+  status.eta = seconds_until(middle, job, now);
+  if (status.eta) status.eta_range = proto::Range{*seconds_until(low, job, now), *seconds_until(high, job, now)};
+  if (passes.ended_by) status.ended_by = name(*passes.ended_by);
+  if (passes.error) status.achieved = proto::Achieved{passes.error->error, {passes.error->low, passes.error->high}};
+  status.samples_per_pixel = {passes.least, static_cast<double>(passes.samples) / pixels, passes.most};
+}
+
+}  // namespace
+
+void Progress::add(const Done& done, const Done& before) {
+  for (std::size_t i = 0; i < rays_.size(); ++i) rays_[i] += done.rays.*kRays[i] - before.rays.*kRays[i];
+  volume_tests_ += done.tests.volume_tests - before.tests.volume_tests;
+  volume_hits_ += done.tests.volume_hits - before.tests.volume_hits;
+  object_tests_ += done.tests.object_tests - before.tests.object_tests;
+  object_hits_ += done.tests.object_hits - before.tests.object_hits;
+  false_hits_ += done.tests.false_hits - before.tests.false_hits;
+  samples_ += done.samples - before.samples;
+}
+
+RayCounts Progress::rays() const {
+  RayCounts counts;
+  for (std::size_t i = 0; i < rays_.size(); ++i) counts.*kRays[i] = rays_[i];
+  return counts;
+}
+
+TestCounts Progress::tests() const {
+  TestCounts counts;
+  counts.volume_tests = volume_tests_;
+  counts.volume_hits = volume_hits_;
+  counts.object_tests = object_tests_;
+  counts.object_hits = object_hits_;
+  counts.false_hits = false_hits_;
+  return counts;
+}
+
+void Progress::set_passes(const PassReport& passes) {
+  const std::lock_guard lock(passes_mutex_);
+  passes_ = passes;
+}
+
+PassReport Progress::passes() const {
+  const std::lock_guard lock(passes_mutex_);
+  return passes_;
+}
+
+PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings) {
+  PlanReport report{};
+  report.accel = plan.accel;
+  report.accel_because = plan.accel_because;
+  report.candidates = plan.candidates;
+  report.needs_structure = needs_structure(plan);
+  report.tiles = plan.tiling.tiles.size();
+  report.smallest_tile = report.tiles == 0 ? 0 : samples_of(settings);
+  for (const Tile& tile : plan.tiling.tiles) {
+    const auto pixels = static_cast<std::uint64_t>(tile.rect.area());
+    report.smallest_tile = std::min(report.smallest_tile, pixels);
+    report.largest_tile = std::max(report.largest_tile, pixels);
+    if (tile.first_level == FirstLevel::nothing) ++report.tiles_empty;
+    if (tile.first_level == FirstLevel::candidates) ++report.tiles_with_candidates;
+    if (tile.first_level != FirstLevel::nothing) report.camera_rays += pixels * settings.samples;
+  }
+  report.objects = scene.objects.size();
+  report.objects_on_screen = plan.tiling.objects_on_screen;
+  report.primitives = plan.primitives;
+  report.skips = plan.skips;
+  return report;
+}
+
+std::uint64_t image_bytes(const Settings& settings) {
+  constexpr std::uint64_t kTileBytes = 100;  // In the film and, as long as it is rendered, in the plan.
+  const auto across = [&](std::uint64_t pixels) { return (pixels + settings.tile_size - 1) / settings.tile_size; };
+  const std::uint64_t tiles =
+      settings.tile_size == kAdaptiveTiles ? 0 : across(settings.width) * across(settings.height);
+  return Film::memory_bytes(settings.width, settings.height, settings.aovs) + tiles * kTileBytes;
+}
+
+std::uint64_t passes_bytes(const Settings& settings) { return Passes::memory_bytes(settings); }
+
+proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) {
+  const std::chrono::duration<double> elapsed = job.times.ended.value_or(now) - job.times.queued;
+  proto::JobStatus status;
+  status.id = job.id;
+  status.name = job.order->name;
+  status.state = job.state;
+  status.image = job.image;
+  status.scene = job.order->scene_hash;
+  status.width = job.order->settings.width;
+  status.height = job.order->settings.height;
+  status.tiles_done = job.progress->tiles();
+  status.tiles_total = job.plan ? job.plan->tiles : 0;
+  status.samples_done = job.progress->samples();
+  status.samples_total = samples_of(job.order->settings);
+  status.elapsed = elapsed.count();
+  tell_passes(job, now, status);
+  status.created = rfc3339(job.times.created);
+  status.error = job.error;
+  status.warnings = job.order->warnings + job.progress->broken_textures();
+  return status;
+}
+
+}  // namespace tessera::server

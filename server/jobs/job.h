@@ -1,0 +1,126 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/accel/object_marks.h"
+#include "core/accel/test_counts.h"
+#include "core/film/passes.h"
+#include "core/integrator/ray_counts.h"
+#include "core/plan/plan.h"
+#include "core/scene/settings.h"
+#include "proto/wire/job_status.h"
+#include "proto/wire/sha256.h"
+#include "server/store/structure_cache.h"
+
+namespace tessera::server {
+
+/// What render threads add to while a job runs, and everyone may read.
+class Progress {
+ public:
+  struct Done {
+    RayCounts rays = {};
+    TestCounts tests = {};
+    std::uint64_t samples = 0;
+  };
+  /// Adds what has been done, but for what had been done `before`.
+  void add(const Done& done, const Done& before);
+  /// When the tile has all of its samples and all of that has been added.
+  void add_tile() { tiles_.fetch_add(1, std::memory_order_release); }
+  /// When no tile will have more.
+  void complete_tiles(std::uint64_t all) { tiles_.store(all, std::memory_order_release); }
+
+  /// Exact once the job is completed; while it runs, the figures may be of different moments.
+  RayCounts rays() const;
+  TestCounts tests() const;
+  std::uint64_t tiles() const { return tiles_.load(std::memory_order_acquire); }
+  std::uint64_t samples() const { return samples_; }
+
+  /// Images of the scene that turned out to be broken when they were needed.
+  void set_broken_textures(std::uint64_t count) { broken_textures_ = count; }
+  std::uint64_t broken_textures() const { return broken_textures_; }
+
+  /// How far the passes have come: up to the last that is complete.
+  void set_passes(const PassReport& passes);
+  PassReport passes() const;
+
+ private:
+  std::array<std::atomic<std::uint64_t>, sizeof(RayCounts) / sizeof(std::uint64_t)> rays_{};  ///< Member by member.
+  std::atomic<std::uint64_t> samples_{0}, tiles_{0}, broken_textures_{0};
+  std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
+  mutable std::mutex passes_mutex_;
+  PassReport passes_;  ///< Guarded by the mutex.
+};
+
+/// What a plan came to: kept when the plan itself, with its tiles, is gone.
+struct PlanReport {
+  AccelOptions accel;
+  std::string accel_because;
+  std::vector<AccelEstimate> candidates;
+  bool needs_structure;
+  std::uint64_t tiles, tiles_empty, tiles_with_candidates;
+  std::uint64_t smallest_tile, largest_tile;  ///< In pixels.
+  std::uint64_t objects, objects_on_screen;
+  std::uint64_t primitives;
+  std::uint64_t camera_rays;  ///< That will be traced: samples in tiles that aren't empty.
+  std::vector<Skip> skips;
+};
+PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings);
+
+/// What a job asked for, settled: never changes.
+struct JobOrder {
+  std::string name;
+  proto::ContentHash scene_hash;
+  std::uint64_t warnings;  ///< Of the scene, as it was parsed.
+  Settings settings;
+  std::chrono::steady_clock::duration parsing{};  ///< How long its document took to become that.
+};
+
+/// The structure that a job traces, in figures.
+struct StructureUse {
+  AccelOptions options;
+  AccelStats stats;
+  double build_seconds;  ///< Of whoever built it, with all that has been made since.
+  bool shared;           ///< Another job had it built.
+};
+
+/// When a job reached its states; absent for one that it hasn't reached, or skipped by ending early.
+struct JobTimes {
+  using Clock = std::chrono::steady_clock;
+  std::chrono::system_clock::time_point created;
+  Clock::time_point queued;
+  std::optional<Clock::time_point> preparing, rendering, ended;
+};
+
+/// A job, as one moment shows it.
+struct JobView {
+  std::string id;
+  std::shared_ptr<const JobOrder> order;
+  proto::JobState state = proto::JobState::queued;
+  JobTimes times;
+  std::string error;                          ///< Why it failed; empty otherwise.
+  std::shared_ptr<const PlanReport> plan;     ///< Once it has been made.
+  std::shared_ptr<const ObjectMarks> tested;  ///< Together with the plan: the objects that rays have been tested with.
+  std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one; anew at completion.
+  proto::ImageState image = proto::ImageState::none;
+  std::shared_ptr<const Progress> progress;
+};
+
+/// What a job's image takes, with what is kept of its tiles where their size is given: others are fewer than pixels by
+/// far.
+std::uint64_t image_bytes(const Settings& settings);
+/// What its passes take beside that, as long as it is being worked on.
+std::uint64_t passes_bytes(const Settings& settings);
+
+/// What `GET /v1/jobs/{id}` says of it at `now`.
+proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now);
+
+}  // namespace tessera::server

@@ -1,0 +1,270 @@
+#include "server/jobs/job_runner.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/film/passes.h"
+#include "core/render/tile_renderer.h"
+
+namespace tessera::server {
+namespace {
+
+/// How long a tile is rendered before others have their turn.
+constexpr std::chrono::milliseconds kTurn{30};
+
+/// Short enough for a string that takes no memory.
+constexpr const char* kOutOfMemory = "out of memory";
+
+/// Whether there is no light, or none is followed.
+bool is_dark(const Plan& plan) {
+  const Features& has = plan.features;
+  if (plan.integrator == IntegratorKind::none) return true;
+  return plan.integrator != IntegratorKind::ambient_occlusion && has.lights == 0 && !has.emitters && !has.unlit &&
+         !has.sky && has.only_physical;
+}
+
+/// Whether an AOV is asked for that is a mean over samples.
+bool asks_for_means(const Settings& settings) {
+  return std::ranges::any_of(settings.aovs, [](Aov aov) { return aov_entry(aov).origin == AovOrigin::mean; });
+}
+
+std::uint64_t broken_textures(const Scene& scene) {
+  std::set<const TextureImage*> broken;
+  for (const Texture& texture : scene.textures)
+    if (!texture.image->problem().empty()) broken.insert(texture.image.get());
+  return broken.size();
+}
+
+/// Whether no sample of a pixel can differ from another: nothing is drawn for any, nothing is to be seen but a sky that
+/// is the same everywhere, or all is black, and opaque.
+bool is_noiseless(const RenderContext& context) {
+  const Plan& plan = context.plan;
+  if (is_dark(plan) && !context.settings.transparent && !asks_for_means(context.settings)) return true;
+  const auto is_empty = [](const Tile& tile) { return tile.first_level == FirstLevel::nothing; };
+  if (std::ranges::all_of(plan.tiling.tiles, is_empty) && !plan.features.ground)
+    return context.settings.transparent || plan.features.even_sky;
+  return plan.integrator == IntegratorKind::whitted && !context.settings.jitter && !context.rays.has_lens();
+}
+
+}  // namespace
+
+/// A tile being rendered, and what of it the job's progress has been told.
+struct JobRunner::OpenTile {
+  OpenTile(const RenderContext& context, std::size_t index, PassWork work)
+      : renderer(context, index, std::move(work)) {}
+
+  void tell(Progress& progress) {
+    const Progress::Done now{renderer.result().rays, renderer.result().tests, renderer.samples_done()};
+    progress.add(now, told);
+    told = now;
+  }
+
+  TileRenderer renderer;
+  Progress::Done told;
+};
+
+/// Tiles between two turns, by index. For any number of threads.
+class JobRunner::PausedTiles {
+ public:
+  using Tiles = std::map<std::size_t, OpenTile>;
+
+  /// The tile that was put, if it was.
+  Tiles::node_type take(std::size_t index) {
+    const std::lock_guard lock(mutex_);
+    return tiles_.extract(index);
+  }
+
+  void put(Tiles::node_type tile) {
+    const std::lock_guard lock(mutex_);
+    tiles_.insert(std::move(tile));
+  }
+
+ private:
+  std::mutex mutex_;
+  Tiles tiles_;
+};
+
+/// A job's work in progress: owned by the units of work that are still to be done, so gone when there are none.
+struct JobRunner::Run {
+  explicit Run(StructureCache& cache) : structures(cache) {}
+  Run(const Run&) = delete;
+  ~Run() {
+    try {
+      if (structure) structures.recount(scene_hash, structure);
+    } catch (const std::bad_alloc&) {  // The next job with this structure has it counted.
+    }
+  }
+
+  /// The structure as it is by now.
+  std::optional<StructureUse> structure_use() const {
+    if (!structure) return std::nullopt;
+    const AccelStats stats = structure->accel->stats();
+    return StructureUse{structure->options, stats, structure->build_seconds + stats.mesh_seconds, shares_structure};
+  }
+
+  PausedTiles::Tiles::node_type take_or_open(std::size_t index) {
+    if (auto tile = paused.take(index)) return tile;
+    PausedTiles::Tiles opened;
+    opened.try_emplace(index, *context, index, passes->work(context->plan.tiling.tiles[index].rect, *film));
+    return opened.extract(opened.begin());
+  }
+
+  StructureCache& structures;
+  JobTable::Admitted job;
+  proto::ContentHash scene_hash;
+  std::shared_ptr<const Scene> scene;
+  Camera camera;
+  Settings settings;
+  std::unique_ptr<RenderContext> context;      ///< Made by `prepare`, complete and constant from `render` on.
+  std::shared_ptr<const Structure> structure;  ///< Null where none is needed.
+  bool shares_structure = false;               ///< Another job had it built.
+  std::shared_ptr<Film> film;
+  std::optional<Passes> passes;
+  std::chrono::steady_clock::time_point rendering;  ///< Since when.
+  // Of the pass at hand:
+  std::vector<std::size_t> tiles;
+  PausedTiles paused;
+  std::atomic<std::size_t> tiles_left{0};
+};
+
+template <typename Step>
+void JobRunner::guard(const std::string& job, Step step) noexcept {
+  try {
+    try {
+      step();
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      jobs_.fail(job, error.what());
+    }
+  } catch (const std::bad_alloc&) {
+    jobs_.fail(job, kOutOfMemory);
+  }
+}
+
+void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
+                      const Camera& camera) {
+  guard(job.id, [&] {
+    auto run = std::make_shared<Run>(structures_);
+    run->job = job;
+    run->scene_hash = order.scene_hash;
+    run->scene = std::move(scene);
+    run->camera = camera;
+    run->settings = order.settings;
+    const auto prepare_it = [this, run](std::size_t) {
+      guard(run->job.id, [&] { prepare(run); });
+      return true;
+    };
+    scheduler_.submit(1, prepare_it, job.stop);
+  });
+}
+
+void JobRunner::prepare(const std::shared_ptr<Run>& run) {
+  if (!jobs_.start_preparing(run->job.id)) return;
+  const Settings& settings = run->settings;
+  run->context =
+      std::make_unique<RenderContext>(run->scene, nullptr, settings, make_plan(*run->scene, run->camera, settings),
+                                      CameraRays(run->camera, settings.width, settings.height), nullptr);
+  const auto plan = std::make_shared<const PlanReport>(report(run->context->plan, *run->scene, settings));
+  const auto tested = std::make_shared<ObjectMarks>(run->scene->objects.size());
+  run->context->tested = tested;
+  if (!jobs_.set_plan(run->job.id, plan, tested)) return;
+  if (needs_structure(run->context->plan)) return find_structure(run);
+  if (needs_lights(run->context->plan)) run->context->lights = make_lights(run->scene);
+  render(run);
+}
+
+void JobRunner::find_structure(const std::shared_ptr<Run>& run) {
+  const auto traced = [this, run](std::shared_ptr<const Structure> structure, bool shared, std::exception_ptr error) {
+    guard(run->job.id, [&] {
+      if (error) std::rethrow_exception(error);
+      // Another job may have parsed the same document to another object, which the structure knows nothing of.
+      run->context->scene = structure->scene;
+      run->context->accel = structure->accel;
+      run->structure = std::move(structure);
+      run->shares_structure = shared;
+      if (!needs_lights(run->context->plan)) return render(run);
+      // Not at once: others who wait for the structure are told by this thread.
+      const auto light_it = [this, run](std::size_t) {
+        guard(run->job.id, [&] {
+          run->context->lights = run->structure->lights->get(run->structure->scene);
+          render(run);
+        });
+        return true;
+      };
+      scheduler_.submit(1, light_it, run->job.stop);
+    });
+  };
+  structures_.get_or_build(run->scene_hash, run->scene, run->context->plan.accel, traced);
+}
+
+void JobRunner::render(const std::shared_ptr<Run>& run) {
+  // Of a job that ended while it was prepared, the table has given the film's memory to others.
+  if (!jobs_.is_unfinished(run->job.id)) return;
+  std::vector<PixelRect> tiles;
+  for (const Tile& tile : run->context->plan.tiling.tiles) tiles.push_back(tile.rect);
+  const Settings& settings = run->settings;
+  run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, std::move(tiles));
+  run->passes.emplace(settings, is_noiseless(*run->context));
+  run->job.progress->set_passes(run->passes->report());
+  if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
+  run->rendering = clock_();
+  begin_pass(run);
+}
+
+void JobRunner::begin_pass(const std::shared_ptr<Run>& run) {
+  const std::vector<Tile>& tiles = run->context->plan.tiling.tiles;
+  run->tiles.clear();
+  for (std::size_t i = 0; i < tiles.size(); ++i)
+    if (run->passes->current().samples_in(tiles[i].rect) > 0) run->tiles.push_back(i);
+  run->tiles_left = run->tiles.size();
+  const auto render_it = [this, run](std::size_t index) {
+    bool is_done = true;
+    guard(run->job.id, [&] { is_done = render_tile(run, run->tiles[index]); });
+    return is_done;
+  };
+  scheduler_.submit(run->tiles.size(), render_it, run->job.stop);
+}
+
+bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) {
+  auto tile = run->take_or_open(index);
+  OpenTile& open = tile.mapped();
+  const bool is_done = open.renderer.go_on(TileRenderer::Clock::now() + kTurn, run->job.stop);
+  if (is_done) {
+    run->film->store(index, open.renderer.result().pixels);
+    run->passes->store(open.renderer.result().sums);
+  }
+  open.tell(*run->job.progress);
+  if (!is_done) {
+    run->paused.put(std::move(tile));
+    return false;
+  }
+  if (run->passes->is_last_of(run->context->plan.tiling.tiles[index].rect)) run->job.progress->add_tile();
+  if (--run->tiles_left == 0) end_pass(run);
+  return true;
+}
+
+void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
+  const std::chrono::duration<double> spent = clock_() - run->rendering;
+  const bool goes_on = run->passes->next(spent.count());
+  run->job.progress->set_passes(run->passes->report());
+  if (goes_on) return begin_pass(run);
+  run->job.progress->set_broken_textures(broken_textures(*run->context->scene));
+  run->job.progress->complete_tiles(run->context->plan.tiling.tiles.size());
+  run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
+  run->passes.reset();
+  run->job.passes_memory.reset();
+  jobs_.complete(run->job.id, run->structure_use());
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,74 @@
+#include "server/jobs/known_jobs.h"
+
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "proto/parse.h"
+#include "server/config.h"
+#include "server/jobs/job_submission.h"
+#include "server/store/scene_store.h"
+
+namespace tessera::server {
+using proto::JobState;
+using proto::Result;
+
+namespace {
+
+using Clock = JobTimes::Clock;
+
+Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDraft& draft,
+                            const std::stop_token& abandoned) {
+  const proto::Limits& limits = services.config.documents;
+  std::optional<proto::ParsedScene> scene;
+  std::string document = draft.job;
+  if (asset.kind != AssetKind::job_document) {
+    auto parsed = draft.names_paths ? proto::parse_scene(draft.scene, *asset.files, limits, abandoned)
+                                    : services.scenes.parse_once(draft.scene_key, draft.scene, *asset.files, abandoned);
+    if (!parsed) return scene_problem(parsed.problem(), asset);
+    scene = *std::move(parsed);
+    document.back() = ',';
+    document += "\"scene\":\"" + scene->hash + "\"}";
+  }
+  auto job = proto::parse_job(document, *asset.files, limits, abandoned);
+  if (!job) return job_problem(job.problem(), asset);
+  if (scene) job->scene = *std::move(scene);
+  auto prepared = prepare_job(services, *std::move(job), abandoned);
+  if (!prepared) return job_problem(prepared.problem(), asset);
+  return prepared;
+}
+
+}  // namespace
+
+Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known, const PrepareJob& prepare,
+                              const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+  for (;;) {
+    std::optional<HeldJob> started;
+    const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
+      const auto begin = Clock::now();
+      auto job = prepare(unwanted);
+      if (!job) return {job.problem(), std::nullopt};
+      job->parsing = Clock::now() - begin;
+      auto id = start_job(services, *job, false);
+      if (!id) return {id.problem(), std::nullopt};
+      started = HeldJob{*id, services.jobs.hold(*id)};
+      return {*id, is_kept_known ? std::optional<std::uint64_t>(id->size()) : std::nullopt};
+    };
+    const auto id = services.known_jobs.get(key, make, abandoned);
+    if (!id) return id.problem();
+    if (started) return *std::move(started);
+    HeldJob held{*id, services.jobs.hold(*id)};
+    const auto job = services.jobs.find(*id);
+    const bool has_ended_early = !job || job->state == JobState::failed || job->state == JobState::canceled;
+    if (!has_ended_early && is_of_use(*job)) return held;
+    services.known_jobs.drop_all(key);
+  }
+}
+
+Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
+                              const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+  const auto prepare_it = [&](const std::stop_token& unwanted) { return prepare(services, asset, draft, unwanted); };
+  return find_or_start(services, draft.key, !draft.names_paths, prepare_it, is_of_use, abandoned);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,74 @@
+#include "server/store/blob_store.h"
+
+#include <algorithm>
+
+#include "server/http/lane.h"
+
+namespace tessera::server {
+namespace fs = std::filesystem;
+using proto::Problem;
+using proto::ProblemCode;
+
+namespace {
+
+constexpr std::string_view kHashPrefix = "sha256:";
+
+Problem refused(std::string detail) { return {ProblemCode::invalid_document, std::move(detail), {}}; }
+
+bool climbs(const fs::path& path) { return std::ranges::find(path, fs::path("..")) != path.end(); }
+
+/// Whether `path` is `root` or lies under it; both canonical.
+bool is_within(const fs::path& path, const fs::path& root) {
+  return std::ranges::mismatch(root, path).in1 == root.end();
+}
+
+}  // namespace
+
+BlobStore::BlobStore(fs::path folder, const std::optional<fs::path>& asset_root)
+    : folder_(std::move(folder)), asset_root_(asset_root ? fs::canonical(*asset_root) : fs::path()) {}
+
+std::unique_ptr<ReceivedFile> BlobStore::receive() const { return std::make_unique<ReceivedFile>(folder_); }
+
+proto::Result<BlobStore::Put> BlobStore::put(const proto::ContentHash& hash, ReceivedFile& file) {
+  if (file.finish() != hash)
+    return Problem{ProblemCode::hash_mismatch,
+                   "The bytes received are " + file.finish() + ", not " + hash +
+                       "; send the file whose hash is in the path, or correct the path.",
+                   {}};
+  const fs::path destination = folder_ / hash.substr(kHashPrefix.size());
+  if (fs::exists(destination)) return Put::known;
+  file.keep_as(destination);
+  return Put::created;
+}
+
+proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash) const {
+  if (!proto::is_content_hash(hash)) return refused("Not a content hash: write sha256: and 64 lower-case hex digits.");
+  fs::path path = folder_ / hash.substr(kHashPrefix.size());
+  std::error_code error;
+  if (!fs::is_regular_file(path, error))
+    return refused("There is no blob " + hash + "; upload it first with PUT /v1/blobs/" + hash + ".");
+  FileBudget::spend(fs::file_size(path, error));
+  return proto::SourceFile{std::move(path), hash};
+}
+
+proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path, const std::stop_token& stop) const {
+  if (asset_root_.empty())
+    return refused(
+        "This server has no asset root, so files can't be named by path; upload the file and name it by blob.");
+  if (relative_path.empty() || relative_path.find('\0') != std::string_view::npos)
+    return refused("Give the path of a file, relative to the asset root.");
+  const fs::path relative(relative_path);
+  if (relative.is_absolute() || climbs(relative))
+    return refused("The path has to stay under the asset root: make it relative, without \"..\".");
+  std::error_code error;
+  // The same words for a missing file and for a link that leaves the root, which says nothing of what lies outside.
+  const Problem missing = refused("There is no such file under the asset root.");
+  const fs::path path = fs::canonical(asset_root_ / relative, error);
+  if (error || !is_within(path, asset_root_) || !fs::is_regular_file(path, error)) return missing;
+  FileBudget::spend(fs::file_size(path, error));
+  auto hash = proto::hash_file(path, stop);
+  if (!hash) return refused("The file can't be read.");
+  return proto::SourceFile{path, *std::move(hash)};
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+#include "server/store/file_descriptor.h"
+
+namespace tessera::server {
+
+/// The daemon's folder on disk, locked against a second daemon for as long as this lives.
+class DataFolder {
+ public:
+  /// Makes what is missing and removes what a crash has left half-received. Throws std::runtime_error when another
+  /// daemon has it, std::system_error when the file system refuses.
+  explicit DataFolder(const std::filesystem::path& path);
+
+  const std::filesystem::path& blobs() const { return blobs_; }
+  const std::filesystem::path& scenes() const { return scenes_; }
+
+ private:
+  std::filesystem::path blobs_, scenes_;
+  FileDescriptor lock_;
+};
+
+}  // namespace tessera::server

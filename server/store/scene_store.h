@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string_view>
+
+#include "proto/file_source.h"
+#include "proto/parse.h"
+#include "server/store/single_flight.h"
+
+namespace tessera::server {
+
+/// Scenes by content hash: the documents on disk, for good; what they parse to in memory, as far as it fits. Safe
+/// to call from any number of threads. Parsing and reading the disk take their time: not for an I/O thread.
+class SceneStore {
+ public:
+  /// Keeps documents in `folder`, which exists, and up to `cache_bytes` of parsed scenes.
+  SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
+             std::uint64_t cache_bytes);
+
+  struct Put {
+    proto::ParsedScene scene;
+    bool known;  ///< It was there before.
+  };
+  /// Parses a document and keeps it, or says what is wrong with it. Throws `Abandoned` once that is requested.
+  proto::Result<Put> put(std::string_view document, const std::stop_token& abandoned);
+
+  /// A scene that was put, now or by an earlier daemon, or that is in memory because it was shared. `not_found`
+  /// when it is neither; `invalid_document` when files that it names have changed since or are gone. However many ask
+  /// at once, it is parsed once, by one while the others wait. Throws `Abandoned` once that is requested.
+  proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash, const std::stop_token& abandoned);
+
+  /// The scene of a document that names no file by path, with blobs from `files`. It isn't kept on disk, but as long as
+  /// it is in memory, no document with this hash is parsed again, nor by two at once. Throws `Abandoned` once that is
+  /// requested.
+  proto::Result<proto::ParsedScene> parse_once(const proto::ContentHash& document_hash, std::string_view document,
+                                               const proto::FileSource& files, const std::stop_token& abandoned);
+
+  /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.
+  proto::ParsedScene share(proto::ParsedScene scene);
+
+ private:
+  /// A scene, or what is wrong with it, which isn't kept.
+  using Found = proto::Result<std::shared_ptr<const Scene>>;
+  using Scenes = SingleFlight<Found>;
+
+  std::filesystem::path path_of(const proto::ContentHash& hash) const;
+  Found read(const proto::ContentHash& hash, const std::stop_token& unwanted) const;
+
+  const std::filesystem::path folder_;
+  const proto::FileSource& files_;
+  const proto::Limits limits_;
+  Scenes scenes_;
+  SingleFlight<proto::Result<proto::ContentHash>> documents_;  ///< By their hashes, those of their scenes.
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,423 @@
+#include "server/jobs/job_table.h"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "proto/wire/abandoned.h"
+
+namespace tessera::server {
+namespace {
+
+using proto::JobState;
+using proto::ProblemCode;
+
+constexpr JobTable::Limits kRoomy{1000, 1000, 1ULL << 40};
+
+JobOrder order(std::uint32_t width = 10, std::uint32_t height = 10) {
+  JobOrder order{"", "sha256:" + std::string(64, '0'), 0, {}};
+  order.settings.width = width;
+  order.settings.height = height;
+  return order;
+}
+
+std::string add(JobTable& table) { return (*table.add(order())).id; }
+
+std::shared_ptr<const Film> film() {
+  return std::make_shared<Film>(10, 10, std::set<Aov>{}, std::vector<PixelRect>{{0, 0, 10, 10}});
+}
+
+JobState state(const JobTable& table, const std::string& id) { return (*table.find(id)).state; }
+
+TEST(JobTable, TakesAJobThroughItsStates) {
+  JobTable table(kRoomy);
+  const std::string id = add(table);
+  EXPECT_EQ(state(table, id), JobState::queued);
+  EXPECT_TRUE(table.start_preparing(id));
+  EXPECT_TRUE(table.is_unfinished(id));
+  EXPECT_EQ(state(table, id), JobState::preparing);
+  EXPECT_TRUE(table.set_plan(id, std::make_shared<PlanReport>(), nullptr));
+  EXPECT_TRUE(table.start_rendering(id, std::nullopt, film()));
+  EXPECT_EQ(state(table, id), JobState::rendering);
+  EXPECT_TRUE(table.complete(id));
+  const JobView job = *table.find(id);
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_TRUE(job.times.preparing && job.times.rendering && job.times.ended && job.plan);
+  EXPECT_EQ(job.image, proto::ImageState::complete);
+  EXPECT_TRUE(table.film(id));
+}
+
+TEST(JobTable, NothingHappensAfterTheEnd) {
+  JobTable table(kRoomy);
+  const auto job = table.add(order());
+  EXPECT_FALSE(job->stop.stop_requested());
+  ASSERT_TRUE(table.cancel(job->id));
+  EXPECT_TRUE(job->stop.stop_requested());
+  EXPECT_FALSE(table.is_unfinished(job->id));
+  EXPECT_FALSE(table.start_preparing(job->id));
+  EXPECT_FALSE(table.set_plan(job->id, nullptr, nullptr));
+  EXPECT_FALSE(table.start_rendering(job->id, std::nullopt, film()));
+  EXPECT_FALSE(table.complete(job->id));
+  EXPECT_FALSE(table.fail(job->id, "late"));
+  EXPECT_EQ(table.cancel(job->id).problem().code, ProblemCode::job_already_ended);
+  const JobView view = *table.find(job->id);
+  EXPECT_EQ(view.state, JobState::canceled);
+  EXPECT_EQ(view.error, "");
+  EXPECT_EQ(view.image, proto::ImageState::none);
+  EXPECT_EQ(table.film(job->id).problem().code, ProblemCode::image_not_ready);
+}
+
+TEST(JobTable, AStateCannotBeSkipped) {
+  JobTable table(kRoomy);
+  const std::string id = add(table);
+  EXPECT_THROW(table.complete(id), std::logic_error);
+  EXPECT_TRUE(table.start_preparing(id));
+  EXPECT_THROW(table.start_preparing(id), std::logic_error);
+}
+
+TEST(JobTable, FailureSaysWhyAndStops) {
+  JobTable table(kRoomy);
+  const auto job = table.add(order());
+  EXPECT_TRUE(table.fail(job->id, "no luck"));
+  EXPECT_EQ((*table.find(job->id)).error, "no luck");
+  EXPECT_EQ(state(table, job->id), JobState::failed);
+  EXPECT_TRUE(job->stop.stop_requested());
+}
+
+TEST(JobTable, OnlyWhatHasEndedIsRemoved) {
+  JobTable table(kRoomy);
+  const std::string id = add(table);
+  EXPECT_EQ(table.remove(id)->code, ProblemCode::job_still_active);
+  ASSERT_TRUE(table.cancel(id));
+  EXPECT_FALSE(table.remove(id));
+  EXPECT_EQ(table.remove(id)->code, ProblemCode::not_found);
+  EXPECT_EQ(table.find(id).problem().code, ProblemCode::not_found);
+  EXPECT_EQ(table.cancel(id).problem().code, ProblemCode::not_found);
+  EXPECT_FALSE(table.start_preparing(id));
+}
+
+TEST(JobTable, CountsJobsThatHaveNotEnded) {
+  JobTable table({2, 1000, 1ULL << 40});
+  const std::string first = add(table);
+  add(table);
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::too_many_jobs);
+  ASSERT_TRUE(table.cancel(first));
+  EXPECT_TRUE(table.add(order()));
+}
+
+/// A job that is rendered to its end.
+std::string render(JobTable& table) {
+  const std::string id = add(table);
+  EXPECT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()) && table.complete(id));
+  return id;
+}
+
+proto::ImageState image(const JobTable& table, const std::string& id) { return (*table.find(id)).image; }
+
+TEST(JobTable, RefusesWhatUnfinishedJobsLeaveNoMemoryFor) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one});
+  EXPECT_FALSE(table.refusal(order().settings));
+  const std::string first = add(table), waiting = add(table);
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::out_of_memory_budget);
+  EXPECT_EQ(table.add(order(1, 1)).problem().code, ProblemCode::out_of_memory_budget);
+  EXPECT_EQ(table.refusal(order().settings)->code, ProblemCode::out_of_memory_budget);
+  ASSERT_TRUE(table.cancel(waiting));  // It never had a film.
+  EXPECT_FALSE(table.refusal(order().settings));
+  EXPECT_TRUE(table.add(order()));
+  ASSERT_TRUE(table.start_preparing(first) && table.start_rendering(first, std::nullopt, film()));
+  ASSERT_TRUE(table.complete(first));
+  EXPECT_EQ(image(table, first), proto::ImageState::complete);
+  EXPECT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, first), proto::ImageState::gone);
+  EXPECT_EQ(table.film(first).problem().code, ProblemCode::image_gone);
+}
+
+TEST(JobTable, CountsPassesUntilTheirThreadsHaveLeftThem) {
+  JobOrder more = order();
+  more.settings.samples = 2;
+  const std::uint64_t image = image_bytes(more.settings), passes = passes_bytes(more.settings);
+  ASSERT_GT(passes, 0U);
+  JobTable table({1000, 1000, image + passes});
+  auto working = table.add(more);
+  ASSERT_TRUE(working);
+  ASSERT_TRUE(table.cancel((*working).id));
+  EXPECT_EQ(table.add(more).problem().code, ProblemCode::out_of_memory_budget) << "its sums are still there";
+  EXPECT_EQ(table.refusal(more.settings)->code, ProblemCode::out_of_memory_budget);
+  (*working).passes_memory.reset();
+  EXPECT_FALSE(table.refusal(more.settings));
+  EXPECT_TRUE(table.add(more));
+}
+
+TEST(JobTable, CopiesOfImagesWaitForRoom) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one});
+  const std::string first = add(table);
+  std::stop_source gone;
+  gone.request_stop();  // So that none waits here: it takes what it asks for, or leaves.
+  const auto fits = [&] {
+    try {
+      const JobTable::CopyRoom copy(table, one, gone.get_token());
+      return true;
+    } catch (const proto::Abandoned&) {
+      return false;
+    }
+  };
+  {
+    const JobTable::CopyRoom copy(table, one, {});
+    EXPECT_FALSE(fits());
+  }
+  EXPECT_TRUE(fits());
+  const std::string second = add(table);
+  EXPECT_TRUE(fits()) << "jobs fill all the memory: one can be seen nevertheless";
+  ASSERT_TRUE(table.cancel(first) && table.cancel(second));
+  const JobTable::CopyRoom copy(table, one, {});
+  EXPECT_TRUE(fits()) << "there is room for two";
+}
+
+TEST(JobTable, CopiesOfImagesAreCountedWithThem) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one});
+  const std::string ended = add(table);
+  ASSERT_TRUE(table.start_preparing(ended) && table.start_rendering(ended, std::nullopt, film()));
+  ASSERT_TRUE(table.complete(ended));
+  const JobTable::CopyRoom copy(table, one, {});
+  ASSERT_TRUE(table.add(order())) << "no job is refused for a copy";
+  EXPECT_EQ(image(table, ended), proto::ImageState::gone) << "but an image gives way";
+}
+
+TEST(JobTable, TheOldestImagesGiveWay) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 10'000, 3 * one});
+  std::vector<std::string> ids;
+  for (int i = 0; i < 2000; ++i) ids.push_back(render(table));
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    EXPECT_EQ(state(table, ids[i]), JobState::completed);
+    EXPECT_EQ(image(table, ids[i]), i < 1997 ? proto::ImageState::gone : proto::ImageState::complete) << i;
+  }
+  EXPECT_FALSE(table.remove(ids[1999]));
+  render(table);
+  EXPECT_EQ(image(table, ids[1997]), proto::ImageState::complete) << "what was deleted left room";
+  ASSERT_TRUE(table.add(order(10, 20)));
+  EXPECT_EQ(image(table, ids[1997]), proto::ImageState::gone);
+  EXPECT_EQ(image(table, ids[1998]), proto::ImageState::gone) << "one large image takes two places";
+}
+
+TEST(JobTable, WhatACanceledJobRenderedGivesWayToo) {
+  JobTable table({1000, 1000, Film::memory_bytes(10, 10, {})});
+  const std::string id = add(table);
+  ASSERT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()));
+  EXPECT_EQ(image(table, id), proto::ImageState::partial);
+  ASSERT_TRUE(table.cancel(id));
+  EXPECT_EQ(image(table, id), proto::ImageState::partial);
+  EXPECT_TRUE(table.film(id));
+  ASSERT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, id), proto::ImageState::gone);
+}
+
+TEST(JobTable, AnImageThatIsReadStaysAndCounts) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 3 * one});
+  const std::string first = render(table), second = render(table), third = render(table);
+  auto reading = *table.film(first);
+  ASSERT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, first), proto::ImageState::gone);
+  EXPECT_EQ(reading->pixels().color.size(), 100U);
+  EXPECT_EQ(image(table, second), proto::ImageState::gone) << "the first still takes its place";
+  EXPECT_EQ(image(table, third), proto::ImageState::complete);
+  reading.reset();
+  ASSERT_TRUE(table.add(order()));
+  EXPECT_EQ(image(table, third), proto::ImageState::complete) << "now it doesn't";
+  reading = *table.film(third);
+  EXPECT_TRUE(table.add(order())) << "no job is refused because an image is read";
+  EXPECT_FALSE(table.add(order())) << "but because three aren't finished";
+}
+
+TEST(JobTable, IsFullWhenAnotherLikeThoseFindsNoRoom) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, 2 * one + one / 2});
+  const Settings large = order(1000, 1000).settings;
+  EXPECT_FALSE(table.refusal(large)) << "nothing to do at all";
+  add(table);
+  EXPECT_FALSE(table.refusal(large));
+  add(table);
+  EXPECT_EQ(table.refusal(large)->code, ProblemCode::out_of_memory_budget);
+  EXPECT_FALSE(table.refusal(order(1, 1).settings));
+}
+
+TEST(JobTable, ForgetsWhatEndedFirst) {
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 2, 4 * one});
+  const std::string first = add(table), second = add(table), third = add(table), waiting = add(table);
+  std::weak_ptr<const Film> picture;
+  {
+    const auto rendered = film();
+    picture = rendered;
+    ASSERT_TRUE(table.start_preparing(second) && table.start_rendering(second, std::nullopt, rendered));
+  }
+  ASSERT_TRUE(table.complete(second));
+  ASSERT_TRUE(table.fail(third, "no luck"));
+  EXPECT_TRUE(table.find(second));
+  ASSERT_TRUE(table.cancel(first));  // Came first, but ends last.
+  EXPECT_EQ(table.find(second).problem().code, ProblemCode::not_found);
+  EXPECT_TRUE(picture.expired());
+  EXPECT_EQ(state(table, third), JobState::failed);
+  EXPECT_EQ(state(table, first), JobState::canceled);
+  EXPECT_FALSE(table.remove(third));  // Makes room for one that ends.
+  ASSERT_TRUE(table.start_preparing(waiting));
+  ASSERT_TRUE(table.cancel(waiting));
+  EXPECT_EQ(state(table, first), JobState::canceled);
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(table.add(order())) << "the memory of its film is free";
+  table.shut_down();
+  EXPECT_EQ(table.list("", 10, std::nullopt).size(), 2U);
+}
+
+TEST(JobTable, ListsInOrderOfArrival) {
+  JobTable table(kRoomy);
+  std::vector<std::string> ids;
+  for (int i = 0; i < 300; ++i) ids.push_back(add(table));
+  ASSERT_TRUE(table.cancel(ids[7]));
+  std::vector<std::string> listed;
+  for (std::string after;; after = listed.back()) {
+    const auto page = table.list(after, 70, std::nullopt);
+    if (page.empty()) break;
+    for (const JobView& job : page) listed.push_back(job.id);
+  }
+  EXPECT_EQ(listed, ids);
+  const auto canceled = table.list("", 10, JobState::canceled);
+  ASSERT_EQ(canceled.size(), 1U);
+  EXPECT_EQ(canceled[0].id, ids[7]);
+}
+
+struct CountsEnds final : JobTable::Waiter {
+  explicit CountsEnds(JobTable& its_table) : table(its_table) {}
+  void job_has_ended() noexcept override {
+    ++ends;
+    table.list("", 1, std::nullopt);  // Which the table's lock mustn't be held for.
+  }
+  JobTable& table;
+  int ends = 0;
+};
+
+TEST(JobTable, WhoWaitsIsToldOnceOfTheEnd) {
+  JobTable table(kRoomy);
+  for (int way = 0; way < 4; ++way) {
+    const std::string id = add(table);
+    CountsEnds a(table), b(table), gone(table);
+    for (CountsEnds* waiter : {&a, &gone, &b}) ASSERT_TRUE(table.wait(id, *waiter));
+    EXPECT_TRUE(table.stop_waiting(id, gone));
+    EXPECT_FALSE(table.stop_waiting(id, gone));
+    table.start_preparing(id);
+    table.start_rendering(id, std::nullopt, film());
+    EXPECT_EQ(a.ends + b.ends, 0);
+    if (way == 0) table.complete(id);
+    if (way == 1) table.fail(id, "why");
+    if (way == 2) {
+      EXPECT_TRUE(table.cancel(id));
+    }
+    if (way == 3) table.shut_down();
+    EXPECT_EQ(a.ends, 1) << way;
+    EXPECT_EQ(b.ends, 1) << way;
+    EXPECT_EQ(gone.ends, 0) << way;
+    EXPECT_FALSE(table.stop_waiting(id, a));
+    EXPECT_FALSE(table.wait(id, a)) << "it has ended";
+    table.cancel(id);
+    EXPECT_EQ(a.ends, 1);
+  }
+  CountsEnds nobody(table);
+  EXPECT_FALSE(table.wait("x", nobody));
+}
+
+TEST(JobTable, AJobEndsWithItsLastHold) {
+  JobTable table(kRoomy);
+  const auto is_unfinished_after = [&](bool kept, bool keeps_later) {
+    const std::string id = (*table.add(order(), kept)).id;
+    auto first = table.hold(id), second = table.hold(id);
+    first.reset();
+    EXPECT_TRUE(table.is_unfinished(id));
+    if (keeps_later) table.keep(id);
+    second.reset();
+    return table.is_unfinished(id);
+  };
+  EXPECT_FALSE(is_unfinished_after(false, false));
+  EXPECT_TRUE(is_unfinished_after(true, false));
+  EXPECT_TRUE(is_unfinished_after(false, true));
+  EXPECT_EQ(table.hold("x"), nullptr);
+  const std::string id = (*table.add(order(), false)).id;
+  const auto held = table.hold(id);
+  table.cancel(id);
+  EXPECT_EQ(table.remove(id), std::nullopt) << "and what is let go later is nothing";
+}
+
+TEST(JobTable, ShuttingDownCancelsAndAdmitsNoMore) {
+  JobTable table(kRoomy);
+  const auto active = table.add(order());
+  const std::string failed = add(table);
+  table.fail(failed, "before");
+  table.shut_down();
+  EXPECT_TRUE(active->stop.stop_requested());
+  EXPECT_EQ(state(table, active->id), JobState::canceled);
+  EXPECT_EQ(state(table, failed), JobState::failed);
+  EXPECT_EQ(table.add(order()).problem().code, ProblemCode::shutting_down);
+}
+
+TEST(Progress, AddsUpEveryKindOfRay) {
+  const auto counts = [](std::uint64_t scale) {
+    RayCounts rays;
+    rays.camera = 1 * scale;
+    rays.camera_hits = 2 * scale;
+    rays.reflection = 3 * scale;
+    rays.refraction = 4 * scale;
+    rays.shadow = 5 * scale;
+    rays.scattered = 6 * scale;
+    rays.camera_skipped = 7 * scale;
+    return rays;
+  };
+  Progress progress;
+  progress.add({counts(10), {}, 0}, {});
+  progress.add({counts(100), {}, 0}, {counts(10), {}, 0});
+  EXPECT_EQ(progress.rays(), counts(100));
+}
+
+TEST(JobStatus, TellsProgressAndWhatIsLeft) {
+  JobTable table(kRoomy);
+  const auto admitted = table.add(order());
+  ASSERT_TRUE(table.start_preparing(admitted->id));
+  auto plan = std::make_shared<PlanReport>();
+  plan->tiles = 4;
+  plan->camera_rays = 80;
+  ASSERT_TRUE(table.set_plan(admitted->id, plan, nullptr) && table.start_rendering(admitted->id, std::nullopt, film()));
+  JobView job = *table.find(admitted->id);
+  const auto now = *job.times.rendering + std::chrono::seconds(3);
+  EXPECT_EQ(status_of(job, now).eta, std::nullopt);
+  RayCounts rays;
+  rays.camera = 20;
+  admitted->progress->add({rays, {5, 4, 3, 2, 1}, 25}, {});
+  admitted->progress->add_tile();
+  const proto::JobStatus status = status_of(job, now);
+  EXPECT_EQ(status.tiles_done, 1U);
+  EXPECT_EQ(status.tiles_total, 4U);
+  EXPECT_EQ(status.samples_done, 25U);
+  EXPECT_EQ(status.samples_total, 100U);
+  EXPECT_DOUBLE_EQ(status.eta.value(), 9);
+  EXPECT_DOUBLE_EQ(status.eta_range->low, 9);
+  EXPECT_DOUBLE_EQ(status.eta_range->high, 9);
+  EXPECT_DOUBLE_EQ(status.progress, 0.25);
+
+  PassReport passes;
+  passes.low_total = 50;
+  passes.high_total = 100;
+  admitted->progress->set_passes(passes);
+  const proto::JobStatus ranged = status_of(job, now);
+  EXPECT_DOUBLE_EQ(ranged.eta_range->low, 3);
+  EXPECT_DOUBLE_EQ(ranged.eta_range->high, 9);
+  EXPECT_GT(ranged.eta, 3);
+  EXPECT_LT(ranged.eta, 9);
+  EXPECT_DOUBLE_EQ(ranged.progress_range.low, 0.25);
+  EXPECT_DOUBLE_EQ(ranged.progress_range.high, 0.5);
+  EXPECT_EQ(job.progress->tests(), (TestCounts{5, 4, 3, 2, 1}));
+  EXPECT_EQ(status.created.size(), std::string("2024-01-01T00:00:00.000Z").size());
+}
+
+}  // namespace
+}  // namespace tessera::server

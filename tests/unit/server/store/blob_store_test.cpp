@@ -1,0 +1,94 @@
+#include "server/store/blob_store.h"
+
+#include <span>
+#include <system_error>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/server/temporary_folder.h"
+
+namespace tessera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::content_hash;
+using proto::ProblemCode;
+
+std::unique_ptr<ReceivedFile> received(const BlobStore& store, std::string_view text) {
+  auto file = store.receive();
+  file->write(std::as_bytes(std::span(text.substr(0, 2))));
+  file->write(std::as_bytes(std::span(text.substr(2))));
+  return file;
+}
+
+TEST(BlobStore, KeepsAFileByItsHash) {
+  const TemporaryFolder folder;
+  BlobStore store(folder.path(), std::nullopt);
+  const auto hash = content_hash("some bytes");
+  EXPECT_FALSE(store.blob(hash));
+  const auto file = received(store, "some bytes");
+  EXPECT_EQ(file->size(), 10U);
+  EXPECT_EQ(*store.put(hash, *file), BlobStore::Put::created);
+  EXPECT_EQ(*store.put(hash, *received(store, "some bytes")), BlobStore::Put::known);
+  const auto found = store.blob(hash);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(proto::hash_file(found->path), hash);
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(BlobStore, RefusesAnotherHashAndLeavesNothing) {
+  const TemporaryFolder folder;
+  BlobStore store(folder.path(), std::nullopt);
+  EXPECT_EQ(store.put(content_hash("some bytes"), *received(store, "other bytes")).problem().code,
+            ProblemCode::hash_mismatch);
+  EXPECT_EQ(folder.file_count(), 0U);
+  EXPECT_FALSE(store.blob("sha256:../../etc/passwd"));
+}
+
+TEST(BlobStore, AnUploadThatBreaksOffLeavesNothing) {
+  const TemporaryFolder folder;
+  const BlobStore store(folder.path(), std::nullopt);
+  received(store, "some bytes");
+  EXPECT_EQ(folder.file_count(), 0U);
+}
+
+TEST(Assets, AreFoundUnderTheRootOnly) {
+  const TemporaryFolder blobs, root, outside;
+  fs::create_directories(root.path() / "a" / "b");
+  root.write("a/b/file.obj", "text");
+  const fs::path secret = outside.write("secret.obj", "secret");
+  fs::create_symlink(secret, root.path() / "link.obj");
+  fs::create_symlink(outside.path(), root.path() / "folder");
+  fs::create_symlink(root.path() / "a", root.path() / "inner");
+  const BlobStore store(blobs.path(), root.path());
+
+  for (const char* path : {"a/b/file.obj", "./a//b/file.obj", "inner/b/file.obj"}) {
+    const auto found = store.asset(path);
+    ASSERT_TRUE(found) << path;
+    EXPECT_EQ(found->hash, content_hash("text"));
+  }
+  const std::string climbing = "../" + outside.path().filename().string() + "/secret.obj";
+  for (const std::string& path : {secret.string(), climbing, std::string("a/../a/b/file.obj"), std::string("link.obj"),
+                                  std::string("folder/secret.obj"), std::string("a"), std::string("."), std::string(),
+                                  std::string("none.obj"), std::string("a/b/file.obj\0x", 14)})
+    EXPECT_EQ(store.asset(path).problem().code, ProblemCode::invalid_document) << path;
+}
+
+TEST(Assets, ASiblingWithALongerNameIsOutside) {
+  const TemporaryFolder blobs, parent;
+  fs::create_directories(parent.path() / "root");
+  fs::create_directories(parent.path() / "rootless");
+  parent.write("rootless/file.obj", "text");
+  fs::create_symlink(parent.path() / "rootless" / "file.obj", parent.path() / "root" / "link.obj");
+  const BlobStore store(blobs.path(), parent.path() / "root");
+  EXPECT_FALSE(store.asset("link.obj"));
+}
+
+TEST(Assets, NeedARoot) {
+  const TemporaryFolder blobs;
+  EXPECT_FALSE(BlobStore(blobs.path(), std::nullopt).asset("file.obj"));
+  EXPECT_THROW(BlobStore(blobs.path(), blobs.path() / "none"), std::system_error);
+}
+
+}  // namespace
+}  // namespace tessera::server

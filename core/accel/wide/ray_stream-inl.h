@@ -49,14 +49,17 @@ struct StreamMemory {
 /// alone.
 ///
 /// Rays of one octant go together, so that they agree on which planes are near, and on an order of the children.
-template <typename Counter, typename OnTest>
+///
+/// In a tree over bodies a leaf is one of them, and `on_test(body, rays)` is called with the numbers of those that may
+/// enter it; it lowers their limits.
+template <typename Counter, typename OnTest, bool kOverBodies = false>
 class RayStream {
  public:
   /// `on_test(ray, is_hit, t, triangle, limits[ray])` is called for what is tested: whether it is hit within the ray's
   /// interval, and where, perhaps beyond the limit. It returns the new limit, or `kStop`. Rays that start with `kStop`
   /// aren't traced. Precondition: at most `kStreamRays`.
   RayStream(StreamMemory& memory, const WideTree& tree, std::uint32_t object, std::span<const Ray> rays,
-            std::span<float> limits, Counter tally, OnTest on_test)
+            std::span<float> limits, Counter tally, OnTest on_test, Transform::Error placed = {})
       : groups_(memory.groups),
         search_(memory.search),
         bits_(memory.bits),
@@ -67,6 +70,7 @@ class RayStream {
         limits_(limits),
         tally_(tally),
         on_test_(on_test),
+        placed_(placed),
         queue_(tree, rays) {}
 
   /// The octants take turns, a list at a time: what one has asked memory for arrives while the others are served.
@@ -80,7 +84,9 @@ class RayStream {
         any = true;
         const List list = group.lists[--group.waiting];
         if (list.entry > limits_[group.rays[list.first]]) continue;
-        if (WideChild::is_leaf(list.child))
+        if (WideChild::is_leaf(list.child) && kOverBodies)
+          visit_body(group, list);
+        else if (WideChild::is_leaf(list.child))
           visit_leaf(group, list);
         else if (list.count <= kFewInList)
           visit_node_alone(group, list, octant);
@@ -88,7 +94,7 @@ class RayStream {
           visit_node(group, list, octant);
       }
     }
-    test_queued();
+    if constexpr (!kOverBodies) test_queued();
   }
 
  private:
@@ -108,6 +114,7 @@ class RayStream {
     for (std::size_t first = 0; first < rays_.size(); first += hn::MaxLanes(f)) {
       set_up(f, frame_, object_, rays_, first, search_, octants);
       for (std::size_t i = first; i < std::min(first + hn::MaxLanes(f), rays_.size()); ++i) {
+        if constexpr (kOverBodies) pad_for(frame_, rays_[i].origin, placed_, search_[i]);
         const std::uint32_t octant = octants[i - first];
         groups_[octant].rays[counts[octant]] = static_cast<std::uint32_t>(i);
         counts[octant] += limits_[i] != kStop;
@@ -151,7 +158,7 @@ class RayStream {
       tally_.volumes(WideNode::kChildren, static_cast<std::uint64_t>(count));
       for (int k = 0; k < count; ++k) {
         group.lists[group.waiting++] = {child[k], i, 1, entry[k]};
-        prefetch(tree_, child[k]);
+        ask_for(child[k]);
       }
     }
   }
@@ -178,7 +185,11 @@ class RayStream {
       group.lists[group.waiting] = {child, begin, at - begin};
       group.waiting += at != begin;
     }
-    for (int i = before; i < group.waiting; ++i) prefetch(tree_, group.lists[i].child);
+    for (int i = before; i < group.waiting; ++i) ask_for(group.lists[i].child);
+  }
+
+  HWY_INLINE void ask_for(std::uint32_t child) const {
+    if (!(kOverBodies && WideChild::is_leaf(child))) prefetch(tree_, child);
   }
 
   /// All rays are culled before any is queued: a branch right after a ray's test would be guessed, often wrongly, while
@@ -208,9 +219,18 @@ class RayStream {
     }
   }
 
+  HWY_INLINE void visit_body(const Group& group, const List& list) {
+    if constexpr (kOverBodies) {
+      const auto before = tally_.hits();
+      on_test_(WideChild::at(list.child), std::span(group.rays.data() + list.first, list.count));
+      tally_.looked_into(before);
+    }
+  }
+
   HWY_INLINE void test_queued() {
-    queue_.empty(tally_, [&](std::size_t ray, bool is_hit, float t, std::uint32_t triangle)
-                             HWY_ATTR { limits_[ray] = on_test_(ray, is_hit, t, triangle, limits_[ray]); });
+    if constexpr (!kOverBodies)
+      queue_.empty(tally_, [&](std::size_t ray, bool is_hit, float t, std::uint32_t triangle)
+                               HWY_ATTR { limits_[ray] = on_test_(ray, is_hit, t, triangle, limits_[ray]); });
   }
 
   Group (&groups_)[8];
@@ -223,12 +243,19 @@ class RayStream {
   const std::span<float> limits_;
   const Counter tally_;
   OnTest on_test_;
+  const Transform::Error placed_;
   ExactQueue queue_;
 };
 
 /// Each thread's, which it keeps: asked for anew with every batch, it costs threads other than the first a page fault
 /// for each of its pages. Small batches touch little of it.
 inline StreamMemory& stream_memory() {
+  static thread_local const auto memory = std::make_unique_for_overwrite<StreamMemory>();
+  return *memory;
+}
+
+/// A thread's for trees over bodies, while the other is in use for one of these.
+inline StreamMemory& body_stream_memory() {
   static thread_local const auto memory = std::make_unique_for_overwrite<StreamMemory>();
   return *memory;
 }

@@ -101,6 +101,9 @@ constexpr std::size_t kFewToAsk = 4096;
 /// all directions took 485, and 662, 482, 385 and 421.
 constexpr std::size_t kLeastStream = 64;
 
+/// Rays of a fan that are worth a picture of their own for a body among many.
+constexpr std::size_t kLeastFan = 32;
+
 }  // namespace
 
 WideAccel::WideAccel(std::shared_ptr<const Scene> scene, const AccelOptions&, const WideKernels& kernels, MakeTree make)
@@ -174,6 +177,63 @@ void WideAccel::visit_bodies(const Ray& ray, TraceLog log, Visit&& visit) const 
   kernels_.visit_bodies(tree_, placed_, ray, {&visit, call}, log.counts);
 }
 
+template <typename Answer>
+void WideAccel::search_together(std::span<const Ray> rays, std::span<Answer> answers, TraceLog log, bool is_fan) const {
+  constexpr bool kAnyHit = std::is_same_v<Answer, std::uint8_t>;
+  std::ranges::fill(answers, Answer());
+  std::vector<float> limits;
+  std::vector<std::uint32_t> picked;
+  std::vector<Ray> world, local;
+  std::vector<Answer> found;
+  Directions directions;
+  for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
+    const auto some = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
+    const auto theirs = answers.subspan(first, some.size());
+    limits.clear();
+    for (const Ray& ray : some) limits.push_back(ray.t_max);
+    auto visit = [&](std::uint32_t body, std::span<const std::uint32_t> members) {
+      const Bodies::Body b = bodies_[body];
+      picked.clear();
+      world.clear();
+      for (const std::uint32_t i : members)
+        if (limits[i] != kStop) world.push_back(some[i]);
+      if (pass_by(body, world)) return;
+      if (log.tested) bodies_.mark(*log.tested, body);
+      local.clear();
+      found.clear();
+      for (const std::uint32_t i : members) {
+        if (limits[i] == kStop) continue;
+        const Ray ray = b.placement ? b.placement->to_local(some[i]) : some[i];
+        if (b.placement && Bodies::is_mesh(b) && !is_traceable(ray)) continue;
+        picked.push_back(i);
+        local.push_back(ray);
+        found.push_back(theirs[i]);
+      }
+      if constexpr (kAnyHit) {
+        occluded_on(body, std::nullopt, local, found, log.counts);
+      } else if (is_fan && Bodies::is_mesh(b) && local.size() >= kLeastFan) {
+        directions.clear();
+        directions.append_those_of(local);
+        closest_on_mesh(body, RayFan(local.front().origin, directions), found, log.counts);
+      } else {
+        closest_on(body, local, found, log.counts);
+      }
+      for (std::size_t k = 0; k < picked.size(); ++k) {
+        theirs[picked[k]] = found[k];
+        float& limit = limits[picked[k]];
+        if constexpr (kAnyHit)
+          limit = found[k] ? kStop : limit;
+        else
+          limit = std::min(limit, found[k].t);
+      }
+    };
+    const auto call = [](void* self, std::uint32_t body, std::span<const std::uint32_t> members) {
+      (*static_cast<decltype(visit)*>(self))(body, members);
+    };
+    kernels_.visit_bodies_together(tree_, placed_, some, limits, {&visit, call}, log.counts);
+  }
+}
+
 std::optional<Hit> WideAccel::closest(const Ray& ray, TraceLog log) const {
   if (!is_traceable(ray)) return std::nullopt;
   Hit best{ray.t_max};
@@ -223,8 +283,10 @@ std::optional<Hit> WideAccel::closest_at(const Ray& ray, float t, PrimitiveId le
 }
 
 void WideAccel::closest(std::span<const Ray> rays, std::span<Hit> hits, TraceLog log, Candidates among) const {
-  if (rays.empty() || (!among && !are_few(boxes_.size(), rays.size())) || !all_traceable(rays))
+  const bool goes_through_few = among || are_few(boxes_.size(), rays.size());
+  if (rays.empty() || (!goes_through_few && rays.size() < kLeastStream) || !all_traceable(rays))
     return Accel::closest(rays, hits, log, among);
+  if (!goes_through_few) return search_together(rays, hits, log, false);
   const std::span<const std::uint32_t> bodies = among.value_or(all_);
   std::ranges::fill(hits, Hit{});
   if (is_lone_mesh() && bodies.size() == 1) {
@@ -261,6 +323,12 @@ void WideAccel::closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log
 }
 
 void WideAccel::closest_endless(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const {
+  if (!among && boxes_.size() > kFewForFans && fan.size() >= kLeastStream) {
+    std::vector<Ray> rays;
+    rays.reserve(fan.size());
+    for (std::size_t i = 0; i < fan.size(); ++i) rays.push_back(fan.ray(i));
+    if (all_traceable(rays)) return search_together(rays, hits, log, true);
+  }
   if (fan.size() == 0 || (!among && boxes_.size() > kFewForFans)) return Accel::closest_fan(fan, hits, log, among);
   const std::span<const std::uint32_t> bodies = among.value_or(all_);
   prefetch(fan, hits);
@@ -321,7 +389,10 @@ void WideAccel::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidd
     bodies = on_the_way = bodies_to(*apex, rays);
     count = bodies.size();
   }
-  if (!(apex ? count <= kFewForFans : are_few(count, rays.size()))) return Accel::occluded(rays, hidden, log);
+  if (!(apex ? count <= kFewForFans : are_few(count, rays.size()))) {
+    if (rays.size() < kLeastStream) return Accel::occluded(rays, hidden, log);
+    return search_together(rays, hidden, log, false);
+  }
   RayBatch<std::uint8_t> batch(tree_.root, placed_);
   const std::size_t most = apex ? kFanRays : rays.size();
   for (std::size_t first = 0; first < rays.size(); first += most) {

@@ -45,6 +45,10 @@ class WideAccel final : public Accel {
   /// Calls `visit(body, limit)`, which returns the new limit or `kStop`, for bodies that the ray may enter.
   template <typename Visit>
   void visit_bodies(const Ray& ray, TraceLog log, Visit&& visit) const;
+  /// Answers many rays, all traceable, on their way through the hierarchy over bodies together. A fan's leave one
+  /// point.
+  template <typename Answer>
+  void search_together(std::span<const Ray> rays, std::span<Answer> answers, TraceLog log, bool is_fan) const;
   const WideTree& mesh_tree(const Bodies::Body& body) const;
   /// Those that rays which lead to a point may meet on their way.
   std::vector<std::uint32_t> bodies_to(Vec3 apex, std::span<const Ray> rays) const;

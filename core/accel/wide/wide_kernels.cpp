@@ -111,6 +111,19 @@ void visit_bodies(const WideTree& tree, Transform::Error placed, const Ray& ray,
   });
 }
 
+void visit_bodies_together(const WideTree& tree, Transform::Error placed, std::span<const Ray> rays,
+                           std::span<float> limits, BodyVisits visits, TestCounts* counts) {
+  if (tree.nodes.empty()) return;
+  counted(counts, [&](auto tally) HWY_ATTR {
+    const auto visit = [&](std::uint32_t body, std::span<const std::uint32_t> some) {
+      visits.call(visits.self, body, some);
+    };
+    RayStream<decltype(tally), decltype(visit), true>(body_stream_memory(), tree, kNoPrimitive.object, rays, limits,
+                                                      tally, visit, placed)
+        .run();
+  });
+}
+
 /// A fan whose rays don't make whole blocks, filled up: with the last of them, which isn't looked for again.
 struct FilledFan {
   FilledFan(const RayFan& fan, std::span<const Hit> known) : count(whole_blocks(fan.size())) {
@@ -163,8 +176,8 @@ bool occluded_fan(const WideTree& tree, std::uint32_t object, Vec3 apex, std::sp
 }  // namespace
 
 const WideKernels* kernels() {
-  static const WideKernels all{
-      hwy::TargetName(HWY_TARGET), closest, closest_from, occluded, visit_bodies, closest_fan, occluded_fan};
+  static const WideKernels all{hwy::TargetName(HWY_TARGET), closest,     closest_from, occluded, visit_bodies,
+                               visit_bodies_together,       closest_fan, occluded_fan};
   return &all;
 }
 

@@ -25,6 +25,12 @@ struct BodyVisit {
   float (*call)(void* self, std::uint32_t body, float limit);
 };
 
+/// The same for several rays, by their numbers, whose limits are lowered.
+struct BodyVisits {
+  void* self;
+  void (*call)(void* self, std::uint32_t body, std::span<const std::uint32_t> rays);
+};
+
 /// How rays are led through the `WideTree` of an object's mesh, compiled for one instruction set; all find the same
 /// hits. Rays are in the mesh's own space, and traceable but for the fans'. `counts` is null, and counting costs
 /// nothing, where nobody asks. Pure and safe from any number of threads.
@@ -45,6 +51,10 @@ struct WideKernels {
   /// Visits bodies of a tree over boxes (`build_wide_over`), roughly from near to far, up to the ray's `t_max`.
   /// `placed` as for `cull_pad`.
   void (*visit_bodies)(const WideTree&, Transform::Error placed, const Ray& ray, BodyVisit visit, TestCounts* counts);
+
+  /// The same for up to `kStreamRays` rays together, up to limits that start as their `t_max`, or `kStop`.
+  void (*visit_bodies_together)(const WideTree&, Transform::Error placed, std::span<const Ray> rays,
+                                std::span<float> limits, BodyVisits visits, TestCounts* counts);
 
   /// As `closest`, for up to `kFanRays` rays; those that are neighbours by sixteens should be so in space. False, and
   /// nothing done, where no picture can hold them: they point too far apart, some aren't traceable, or lengths are so

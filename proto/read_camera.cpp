@@ -1,8 +1,10 @@
 #include "proto/read_camera.h"
 
+#include <cmath>
 #include <numbers>
 #include <string>
 
+#include "core/math/portable.h"
 #include "proto/read_values.h"
 
 namespace tessera::proto {
@@ -13,6 +15,10 @@ enum class CameraType { perspective, orthographic };
 constexpr NumberRange kFieldOfView{0, 180, true, "an angle in degrees, greater than 0 and less than 180"};
 constexpr float kDefaultFieldOfView = 45;
 
+constexpr NumberRange kAzimuth{-360, 360, false, "an angle in degrees from -360 to 360"};
+constexpr NumberRange kElevation{-90, 90, false, "an angle in degrees from -90 to 90"};
+constexpr float kDefaultAzimuth = 30, kDefaultElevation = 20;
+
 constexpr NumberRange kFocusDistance{0, 1e18F, true,
                                      "a distance in front of the camera, greater than 0 and less than 1e18"};
 constexpr NumberRange kFocalLength{1e-6F, 1e9F, false, "a number of pixels from 1e-6 to 1e9"};
@@ -21,10 +27,34 @@ constexpr NumberRange kPixel{-1e9F, 1e9F, false, "a number of pixels from -1e9 t
 // The sine of the angle between view and up below which "up" says too little about the picture's upright.
 constexpr double kSmallestSine = 1e-6;
 
+/// From where it looks, around the y axis from +z on, and above the horizon. From straight above, what is at the back
+/// is up.
+bool read_angles(std::optional<JsonCursor> azimuth, std::optional<JsonCursor> elevation, View& view) {
+  float around = kDefaultAzimuth, above = kDefaultElevation;
+  bool good = read(azimuth, around, kAzimuth);
+  good &= read(elevation, above, kElevation);
+  if (!good) return false;
+  const double sideways = double{around} / 180 * std::numbers::pi, upwards = double{above} / 180 * std::numbers::pi;
+  const double x = portable_sin(sideways), z = portable_cos(sideways), flat = portable_cos(upwards);
+  view.from = {};
+  if (std::abs(above) == 90) {
+    const float way = above > 0 ? -1.0F : 1.0F;
+    view.at = {0, way, 0};
+    view.up = *UnitVec3::normalize(Vec3d{way * x, 0, way * z});
+    return true;
+  }
+  view.at = *UnitVec3::normalize(Vec3d{-x * flat, -portable_sin(upwards), -z * flat});
+  return true;
+}
+
 /// The view of a camera that leaves out where it stands.
 bool read_unplaced(JsonFields& fields, View& view) {
   view = kUnplacedView;
-  const auto given = fields.optional("direction");
+  const auto given = fields.optional("direction"), azimuth = fields.optional("azimuth"),
+             elevation = fields.optional("elevation");
+  const auto angle = azimuth ? azimuth : elevation;
+  if (given && angle) return angle->error("\"direction\" says this already; leave it or the angles out.");
+  if (angle) return read_angles(azimuth, elevation, view);
   UnitVec3 direction = UnitVec3::z();
   if (!given) return true;
   if (!read_direction(given, direction)) return false;
@@ -52,7 +82,7 @@ bool read_view(JsonFields& fields, View& view) {
     fields.value().error(
         std::string("The field \"") + (at ? "from" : "at") +
         "\" is missing; a camera has both of \"from\" and \"at\", or neither and is placed by the server.");
-  UnitVec3 upright = UnitVec3::y();
+  UnitVec3 upright = *UnitVec3::normalize(view.up);
   good &= read_direction(up, upright);
   if (!good) return false;
   const auto forward = UnitVec3::normalize(to_double(view.at) - to_double(view.from));

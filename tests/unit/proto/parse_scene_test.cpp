@@ -1,3 +1,4 @@
+#include <cmath>
 #include <new>
 #include <numbers>
 #include <stdexcept>
@@ -354,6 +355,28 @@ TEST(ParseScene, CamerasWithoutAPlace) {
   EXPECT_LT(length(cross(view.at - view.from, kUnplacedView.at - kUnplacedView.from)), 1e-6F);
 }
 
+TEST(ParseScene, CamerasLookFromAnAngle) {
+  const auto view = [](const std::string& rest) {
+    const Scene scene = parsed(R"({"objects": [], "camera": {"type": "perspective", )" + rest + "}}");
+    return std::get<PerspectiveCamera>(scene.camera.value()).view;
+  };
+  const auto expect_along = [](const View& seen, Vec3 way) {
+    EXPECT_FALSE(seen.is_placed);
+    EXPECT_LT(length(seen.at - seen.from - way), 1e-6F) << way.x << ' ' << way.y << ' ' << way.z;
+  };
+  const float half = std::sqrt(0.5F);
+  expect_along(view(R"("azimuth": 0, "elevation": 0)"), {0, 0, -1});
+  expect_along(view(R"("azimuth": 90, "elevation": 0)"), {-1, 0, 0});
+  expect_along(view(R"("azimuth": -90, "elevation": 0)"), {1, 0, 0});
+  expect_along(view(R"("azimuth": 180, "elevation": 45)"), {0, -half, half});
+  expect_along(view(R"("azimuth": 0, "elevation": 90)"), {0, -1, 0});
+  expect_along(view(R"("elevation": 0)"), {-0.5F, 0, -std::sqrt(0.75F)});
+  EXPECT_EQ(view(R"("azimuth": 5)").at, view(R"("azimuth": 5, "elevation": 20)").at);
+  EXPECT_LT(length(view(R"("azimuth": 90, "elevation": 90)").up - Vec3{-1, 0, 0}), 1e-6F);
+  EXPECT_LT(length(view(R"("azimuth": 90, "elevation": -90)").up - Vec3{1, 0, 0}), 1e-6F);
+  EXPECT_EQ(view(R"("elevation": -90, "up": [0, 0, 1])").up, (Vec3{0, 0, 1}));
+}
+
 TEST(ParseScene, InstancesShareTheirShape) {
   const Scene scene = parsed(R"({"lights": [{"type": "ambient", "radiance": [1, 1, 1]}],
     "geometries": {"ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
@@ -634,6 +657,16 @@ TEST(ParseScene, RefusalsOfLightSayHowToMendIt) {
       "found -2.");
   EXPECT_EQ(camera(R"("near": 3, "far": 2)"),
             "/camera/far: \"far\" must be greater than \"near\", or nothing is seen between them.");
+  EXPECT_TRUE(camera(R"("azimuth": 3)").starts_with("/camera/azimuth: Unknown field")) << "where it has a place";
+  const auto unplaced = [](const std::string& c) {
+    return only_error(R"({"objects": [], "camera": {"type": "orthographic", )" + c + "}}", Limits());
+  };
+  EXPECT_EQ(unplaced(R"("direction": [0, 0, 1], "elevation": 3)"),
+            "/camera/elevation: \"direction\" says this already; leave it or the angles out.");
+  EXPECT_EQ(unplaced(R"("elevation": 91)"),
+            "/camera/elevation: Expected an angle in degrees from -90 to 90, found 91.");
+  EXPECT_EQ(unplaced(R"("azimuth": -361)"),
+            "/camera/azimuth: Expected an angle in degrees from -360 to 360, found -361.");
 }
 
 TEST(ParseScene, StopsWhenNobodyWantsIt) {

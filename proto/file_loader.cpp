@@ -208,7 +208,10 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
     const Problem& problem = imported.problem();
     if (problem.code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();  // not the document's fault
     if (problem.errors.empty()) reference.where.error(problem.detail);
-    for (const FieldError& e : problem.errors) reference.where.errors().add(e.pointer, e.detail);
+    for (const FieldError& e : problem.errors) {
+      const bool is_option = e.pointer == "variant" || e.pointer == "scene";
+      reference.where.errors().add(is_option ? reference.where.pointer() + '/' + e.pointer : e.pointer, e.detail);
+    }
     return std::nullopt;
   }
 

@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "proto/import/gltf/object.h"
 #include "proto/import/import.h"
@@ -35,6 +36,9 @@ class GltfFile {
     notes_.add(what, where.index(), times);
   }
 
+  /// Says what is wrong with one of the `ImportOptions`, which is no fault of the file's.
+  void refuse_option(std::string name, std::string why) { errors_.add(std::move(name), std::move(why)); }
+
   /// Throws `BrokenFile` where there were errors.
   void refuse_if_broken();
 
@@ -48,7 +52,10 @@ class GltfFile {
 
  private:
   static JsonDocument parsed(std::string_view json, std::string_view name, FieldErrors& errors);
-  std::string place(const std::string& pointer) const { return name_ + pointer; }
+  /// Pointers into the document are empty or begin with a slash; others are names of options.
+  std::string place(const std::string& pointer) const {
+    return pointer.empty() || pointer.starts_with('/') ? name_ + pointer : pointer;
+  }
 
   std::string name_;
   const CompanionSource& companions_;

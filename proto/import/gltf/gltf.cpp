@@ -40,8 +40,8 @@ std::optional<std::uint32_t> find_variant(GltfFile& file, const std::optional<st
       ++at;
     }
   }
-  file.root().value().error("There is no variant " + in_quotes(*name) + "; the file has " +
-                            (known.empty() ? "none" : known) + ".");
+  file.refuse_option("variant", "There is no variant " + in_quotes(*name) + "; the file has " +
+                                    (known.empty() ? "none" : known) + ".");
   return std::nullopt;
 }
 

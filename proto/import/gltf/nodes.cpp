@@ -210,8 +210,8 @@ class NodeReader {
       }
     }
     if (asked && *asked >= scenes.size()) {
-      file_.root().value().error("There is no scene " + std::to_string(*asked) + "; the file has " +
-                                 std::to_string(scenes.size()) + ".");
+      file_.refuse_option("scene", "There is no scene " + std::to_string(*asked) + "; the file has " +
+                                       std::to_string(scenes.size()) + ".");
     } else if (asked || !roots.empty()) {
       return roots[asked.value_or(default_scene.value_or(0))];
     }

@@ -491,6 +491,7 @@ TEST(Gltf, VariantsAreChosenByName) {
     emission("dawn");
     FAIL();
   } catch (const BrokenFile& broken) {
+    EXPECT_EQ(broken.errors.at(0).pointer, "variant");
     EXPECT_EQ(broken.errors.at(0).detail, "There is no variant \"dawn\"; the file has \"day\", \"night\".");
   }
 }

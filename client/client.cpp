@@ -94,6 +94,7 @@ std::string Client::fetch(const std::string& id, const ImageRequest& image) cons
   add("exposure", image.exposure);
   add("tone_map", image.tone_map);
   add("precision", image.precision);
+  add("background", image.background);
   return call({.method = "GET", .target = target});
 }
 

@@ -20,9 +20,10 @@ struct ImageRequest {
   std::string aov{};           ///< Empty: colour.
   bool partial = false;        ///< Whatever is there already, of a job that still renders.
   // Empty: what the server takes.
-  std::string exposure{};   ///< Stops.
-  std::string tone_map{};   ///< none, khronos_pbr_neutral, aces.
-  std::string precision{};  ///< half, float.
+  std::string exposure{};    ///< Stops.
+  std::string tone_map{};    ///< none, khronos_pbr_neutral, aces.
+  std::string precision{};   ///< half, float.
+  std::string background{};  ///< Of what is transparent, or "transparent".
 };
 
 /// The calls of the HTTP API. Each throws `Failure` (refused, unreachable) when it can't do what it says.

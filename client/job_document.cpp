@@ -69,38 +69,54 @@ json parse_document(const std::string& text, const std::string& scene) {
   return document;
 }
 
-/// Lights for a mesh that is seen as the server frames it, from the right and above: one from the other side, so
-/// that shapes stand out, and a little from everywhere.
-json default_lights() {
-  return json::array({{{"type", "directional"}, {"direction", {0.5, -0.9, -0.8}}, {"irradiance", {2.8, 2.8, 2.8}}},
-                      {{"type", "ambient"}, {"radiance", {0.15, 0.15, 0.15}}}});
-}
-
-json scene_around(const std::string& file, const std::string& format) {
-  const json object{{"type", "file"}, {"path", fs::path(file).filename().string()}};
-  json scene{{"objects", json::array({object})}};
-  if (format != "nff") scene["lights"] = default_lights();
-  return scene;
-}
-
-/// A file is what its content says. What can be read only once, as a pipe can, is a document.
-json document_of(const std::string& scene) {
-  constexpr const char* kKnown = "known are JSON documents, OBJ, PLY, STL and NFF";
-  using proto::FileKind;
+/// What can be read only once, as a pipe can, is a document.
+bool is_file(const std::string& scene) {
   std::error_code ignored;
-  const bool is_file = scene != kStandardInput && fs::is_regular_file(scene, ignored);
-  if (is_file) {
-    open(scene);
+  return scene != kStandardInput && fs::is_regular_file(scene, ignored);
+}
+
+json environment_of(const std::string& asked) {
+  if (auto light = proto::environment_light(asked)) return *std::move(light);
+  if (is_file(asked)) return {{"type", "environment"}, {"path", fs::absolute(asked).string()}};
+  throw Failure(Failure::Kind::local_file,
+                "there is no file " + asked +
+                    " to be the environment; give an HDR or EXR image, studio, or a radiance as one number or three "
+                    "(0.5, or 1,0.9,0.8)");
+}
+
+/// The picture that POST /v1/render makes of the file.
+json model_job(const std::string& scene, const std::string& format, const JobOptions& options) {
+  const proto::ModelLook look{.is_a_scene = format == "nff",
+                              .camera = options.camera,
+                              .variant = options.variant,
+                              .smooth = options.smooth,
+                              .environment = options.environment ? environment_of(*options.environment) : json(),
+                              .has_z_up = options.has_z_up,
+                              .has_ground = !options.has_no_ground};
+  json job{{"scene", proto::model_scene(look, {{"type", "file"}, {"path", fs::path(scene).filename().string()}})}};
+  if (!look.is_a_scene || options.angles.is_given())
+    if (!look.camera) job["camera"] = proto::view_camera(options.angles);
+  if (!look.is_a_scene) job["image"] = proto::picture_size(std::nullopt, std::nullopt);
+  if (!look.is_a_scene || options.shows_environment) job["settings"]["transparent"] = !options.shows_environment;
+  job["settings"]["until"] =
+      proto::picture_until({.samples = options.samples, .error = options.error, .seconds = options.seconds});
+  return job;
+}
+
+/// A file is what its content says.
+json document_of(const std::string& scene) {
+  constexpr const char* kKnown = "known are JSON documents, glTF, OBJ, PLY, STL and NFF";
+  using proto::FileKind;
+  const bool has_name = is_file(scene);
+  if (has_name) {
     const FileKind kind = proto::file_kind(fs::path(scene));
-    const std::string format = scene_file_format(scene, kind);
-    if (!format.empty()) return scene_around(scene, format);
     const bool may_be_json = kind == FileKind::json || fs::path(scene).extension() == ".json";
     if (!may_be_json) refuse_kind(scene, kind, kKnown);
   }
   const std::string text = read_all(scene);
   const FileKind kind = proto::file_kind(text, text.size());
   if (kind != FileKind::json && kind != FileKind::unknown)
-    refuse_kind(scene, kind, is_file ? kKnown : "a document is expected where there is no file");
+    refuse_kind(scene, kind, has_name ? kKnown : "a document is expected where there is no file");
   return parse_document(text, scene);
 }
 
@@ -162,9 +178,41 @@ std::optional<JobOptions::Size> parse_size(std::string_view text) {
   return size;
 }
 
+std::vector<std::string> JobOptions::of_models() const {
+  std::vector<std::string> names;
+  const auto add = [&](const char* option, bool is_given) {
+    if (is_given) names.emplace_back(option);
+  };
+  add("--camera", camera.has_value());
+  add("--azimuth", angles.azimuth.has_value());
+  add("--elevation", angles.elevation.has_value());
+  add("--fov", angles.fov.has_value());
+  add("--environment", environment.has_value());
+  add("--variant", variant.has_value());
+  add("--smooth", smooth.has_value());
+  add("--up", has_z_up);
+  add("--no-ground", has_no_ground);
+  add("--background environment", shows_environment);
+  return names;
+}
+
+std::string model_format(const std::string& scene) {
+  if (!is_file(scene)) return "";
+  open(scene);
+  return scene_file_format(scene, proto::file_kind(fs::path(scene)));
+}
+
 json job_document(const std::string& scene, const JobOptions& options) {
-  json document = document_of(scene);
-  json job = document.contains("scene") ? std::move(document) : json{{"scene", std::move(document)}};
+  const auto of_models = options.of_models();
+  json job;
+  if (const std::string format = model_format(scene); !format.empty()) {
+    job = model_job(scene, format, options);
+  } else if (!of_models.empty()) {
+    throw Failure(Failure::Kind::usage, of_models.front() + " is for files of models; a document says it itself");
+  } else {
+    json document = document_of(scene);
+    job = document.contains("scene") ? std::move(document) : json{{"scene", std::move(document)}};
+  }
 
   if (options.name) {
     job["name"] = *options.name;
@@ -174,6 +222,12 @@ json job_document(const std::string& scene, const JobOptions& options) {
   if (options.size) job["image"] = {{"width", options.size->width}, {"height", options.size->height}};
   if (json* settings = section(job, "settings")) apply_settings(options, *settings);
   return job;
+}
+
+std::vector<fs::path> named_files(const std::string& scene, const JobOptions& options) {
+  std::vector<fs::path> named{scene};
+  if (options.environment) named.push_back(fs::absolute(*options.environment));
+  return named;
 }
 
 fs::path folder_of(const std::string& scene) {

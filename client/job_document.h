@@ -8,6 +8,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "proto/wire/model_picture.h"
+
 namespace tessera::client {
 
 /// What a user says about a job beside its scene. What isn't said is left to the document, then to the server.
@@ -27,18 +29,38 @@ struct JobOptions {
   std::optional<std::string> tile_size;  ///< auto, whole, or a number of pixels.
   std::vector<std::string> aovs;
   bool count_tests = false;  ///< False leaves it to the document.
+
+  // Of a model's file that is given by itself; documents say it themselves.
+  std::optional<std::string> camera;  ///< One of the file's, by name or index.
+  proto::ViewAngles angles;
+  std::optional<std::string> environment;  ///< An image's file, or as `environment_light` takes it.
+  std::optional<std::string> variant;
+  std::optional<double> smooth;
+  bool has_z_up = false;
+  bool has_no_ground = false;
+  bool shows_environment = false;  ///< Behind it all.
+
+  /// The names of those that are given, as the command line has them.
+  std::vector<std::string> of_models() const;
 };
 
 /// "640x480"; nothing when it isn't of that form.
 std::optional<JobOptions::Size> parse_size(std::string_view text);
 
-/// The job document for SCENE: a scene or job document (JSON), "-" for one on standard input, or an OBJ, PLY, STL or
-/// NFF file, which is made a scene; OBJ, PLY and STL get lights, as they bring none. Which it is its content says, its
-/// name only where that doesn't. The options override the document's. Throws `Failure` (local_file) when it can't be
-/// read, isn't JSON, or is a file of another kind.
+/// "gltf", "obj", "ply", "stl" or "nff" where SCENE is the file of a model, which is for its content to say, and for
+/// its name only where that doesn't; else empty. Throws `Failure` (local_file) when it can't be read.
+std::string model_format(const std::string& scene);
+
+/// The job document for SCENE: a scene or job document (JSON), "-" for one on standard input, or a model's file, which
+/// becomes the picture that the server's POST /v1/render makes of it. The options override the document's. Throws
+/// `Failure`: local_file when it can't be read, isn't JSON, or is a file of another kind; usage for options of models
+/// that a document has no place for.
 nlohmann::json job_document(const std::string& scene, const JobOptions& options);
 
 /// The folder from which the paths in SCENE are taken.
 std::filesystem::path folder_of(const std::string& scene);
+
+/// The files that the user names, SCENE among them.
+std::vector<std::filesystem::path> named_files(const std::string& scene, const JobOptions& options);
 
 }  // namespace tessera::client

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <span>
@@ -12,6 +13,7 @@
 #include "client/failure.h"
 #include "proto/wire/material_libraries.h"
 #include "proto/wire/material_textures.h"
+#include "proto/wire/uri.h"
 
 namespace tessera::client {
 namespace {
@@ -40,6 +42,7 @@ std::string lower_case(std::string text) {
 
 std::string format_by_ending(const fs::path& path) {
   const std::string ending = lower_case(path.extension().string());
+  if (ending == ".gltf" || ending == ".glb") return "gltf";
   return ending == ".obj" || ending == ".ply" || ending == ".stl" || ending == ".nff" ? ending.substr(1) : "";
 }
 
@@ -143,8 +146,8 @@ class Walk {
       const proto::FileKind kind = proto::file_kind(*path);
       const std::string format = scene_file_format(*path, kind);
       if (format.empty()) {
-        errors_.push_back(
-            {pointer, written + " is " + std::string(proto::description(kind)) + "; known are OBJ, PLY, STL and NFF"});
+        errors_.push_back({pointer, written + " is " + std::string(proto::description(kind)) +
+                                        "; known are glTF, OBJ, PLY, STL and NFF"});
         return;
       }
       const std::string ending = format_by_ending(*path);
@@ -156,6 +159,7 @@ class Walk {
     if (file.contains("companions")) return;
     if (file["format"] == "obj") add_companions(file, *path);
     if (file["format"] == "ply") add_texture(file, *path);
+    if (file["format"] == "gltf") add_gltf_files(file, *path);
   }
 
   /// Of a PLY file's header, which begins it.
@@ -201,11 +205,50 @@ class Walk {
       });
   }
 
-  /// Adds a companion of that name, relative to the OBJ file, if it is there and may be sent; else, if it is there, to
+  /// The buffers and images of a glTF file that aren't in it.
+  void add_gltf_files(json& file, const fs::path& gltf) {
+    const json document = gltf_document(gltf);
+    for (const char* kind : {"buffers", "images"}) {
+      for (const json& element : document.value(kind, json::array())) {
+        const json uri = element.is_object() ? element.value("uri", json()) : json();
+        if (!uri.is_string() || proto::is_data_uri(uri.get<std::string>())) continue;
+        const proto::CompanionName companion = proto::read_relative_uri(uri.get<std::string>());
+        std::vector<fs::path> outside;
+        if (companion.refusal.empty() && !take_companion(file, gltf, companion.name, outside))
+          note_outside("file", outside);
+      }
+    }
+  }
+
+  /// What names files in it; nothing where it can't be read, which the server says.
+  static json gltf_document(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    constexpr std::size_t kChunk = 20;  // where the text of a binary file begins, behind its size
+    std::string text(kChunk, '\0');
+    file.read(text.data(), kChunk);
+    if (text.starts_with("glTF")) {
+      std::uint32_t size = 0;
+      for (int i = 0; i < 4; ++i) size |= std::uint32_t{static_cast<unsigned char>(text[12 + i])} << (8 * i);
+      std::error_code error;
+      text.resize(std::min<std::uintmax_t>(size, fs::file_size(path, error)));
+      file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    } else {
+      file.clear();
+      file.seekg(0);
+      text.assign(std::istreambuf_iterator<char>(file), {});
+    }
+    const auto of_use = [](int depth, json::parse_event_t event, const json& key) {
+      return depth != 1 || event != json::parse_event_t::key || key == "buffers" || key == "images";
+    };
+    json document = json::parse(text, of_use, false);
+    return document.is_object() ? document : json::object();
+  }
+
+  /// Adds a companion of that name, relative to the file, if it is there and may be sent; else, if it is there, to
   /// `outside`.
-  std::optional<fs::path> take_companion(json& file, const fs::path& obj, const std::string& name,
+  std::optional<fs::path> take_companion(json& file, const fs::path& named_by, const std::string& name,
                                          std::vector<fs::path>& outside) {
-    const std::optional<fs::path> path = folders_.find(obj.parent_path(), name);
+    const std::optional<fs::path> path = folders_.find(named_by.parent_path(), name);
     if (!path) return std::nullopt;
     if (!may_send(*path)) {
       outside.push_back(*path);
@@ -235,7 +278,8 @@ class Walk {
 
   /// Whether the file lies in the document's folder, wherever symbolic links lead, or may lie anywhere.
   bool may_send(const fs::path& path) const {
-    if (folder_.allow_outside || path.lexically_normal() == folder_.scene.lexically_normal()) return true;
+    const auto is_this = [&](const fs::path& named) { return path.lexically_normal() == named.lexically_normal(); };
+    if (folder_.allow_outside || std::ranges::any_of(folder_.named, is_this)) return true;
     std::error_code error;
     const fs::path real = fs::canonical(path, error);
     return !error && !root_.empty() && std::ranges::mismatch(root_, real).in1 == root_.end();
@@ -277,6 +321,11 @@ std::string scene_file_format(const fs::path& path, proto::FileKind kind) {
       return "stl";
     case proto::FileKind::nff:
       return "nff";
+    case proto::FileKind::gltf:
+    case proto::FileKind::glb:
+      return "gltf";
+    case proto::FileKind::json:  // A glTF file whose beginning doesn't tell.
+      return format_by_ending(path) == "gltf" ? "gltf" : "";
     case proto::FileKind::unknown:
       return format_by_ending(path);
     default:

@@ -37,6 +37,10 @@ void ImageArguments::add_to(CLI::App& command) {
       ->check(CLI::Range(-64.0, 64.0));
   command.add_option("--tone-map", image.tone_map, "Of a PNG or JPEG: none, khronos_pbr_neutral or aces")
       ->check(CLI::IsMember({"none", "khronos_pbr_neutral", "aces"}));
+  command.add_option(
+      "--background", image.background,
+      "Behind what is transparent in a PNG or JPEG: a colour as six hexadecimal digits, white, black, or "
+      "transparent; of a model, white unless said, or environment for what lights it");
   command.add_option("--precision", image.precision, "Of an EXR's floats: float, or half, which is smaller")
       ->check(CLI::IsMember({"half", "float"}));
 }
@@ -50,11 +54,14 @@ void ImageArguments::check() {
 }
 
 void ImageArguments::expect_fitting_format() const {
-  const bool is_shown = image.format == "png" || image.format == "jpeg";
+  const bool is_shown = is_for_display();
   if (!image.exposure.empty() && !is_shown)
     throw CLI::ValidationError("--exposure", "only PNG and JPEG have it; " + image.format + " holds light as it is");
   if (!image.tone_map.empty() && !is_shown)
     throw CLI::ValidationError("--tone-map", "only PNG and JPEG have it; " + image.format + " holds light as it is");
+  if (!image.background.empty() && !is_shown)
+    throw CLI::ValidationError("--background",
+                               "only PNG and JPEG have it; " + image.format + " holds what is transparent");
   if (!image.precision.empty() && image.format != "exr")
     throw CLI::ValidationError("--precision", "only EXR has it, and the image comes as " + image.format);
 }

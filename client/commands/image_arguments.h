@@ -24,6 +24,9 @@ struct ImageArguments {
   /// `CLI::ValidationError`, `Failure`.
   void check();
 
+  /// Whether it is shown, or holds light as it is.
+  bool is_for_display() const { return image.format == "png" || image.format == "jpeg"; }
+
   /// Fetches the image and writes it, into a file whole or not at all.
   void save(const Client& client, const std::string& id) const;
 

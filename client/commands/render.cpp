@@ -19,9 +19,14 @@ struct Render {
   ImageArguments image{.output = "out.png"};
   bool keep = false;
 
-  void run(Session& session) const {
+  void run(Session& session) {
     ImageArguments output = image;
     output.check();
+    scene.options.shows_environment = image.image.background == "environment";
+    if (scene.options.shows_environment && scene.options.transparent)
+      throw CLI::ValidationError("--background", "environment hides what --transparent shows; leave one out");
+    const std::string format = model_format(scene.scene);
+    if (output.is_for_display() && !format.empty()) show_as_picture(output.image, format == "nff");
     if (output.image.format == "exr" && !scene.options.aovs.empty()) output.image.aov = "all";
     const std::string id = scene.submit(session).id;
     if (!session.json) session.tell("job " + id);
@@ -34,6 +39,14 @@ struct Render {
     }
     if (!is_kept) is_kept = !remove(session, id);
     if (ended.state == proto::JobState::completed) report(session, output, ended, is_kept);
+  }
+
+  /// As POST /v1/render does; a scene has a background of its own.
+  void show_as_picture(ImageRequest& shown, bool is_a_scene) const {
+    if (shown.tone_map.empty()) shown.tone_map = proto::kPictureToneMap;
+    const bool is_clear = scene.options.transparent && shown.format == "png";
+    if (shown.background.empty() && (!is_a_scene || scene.options.transparent))
+      shown.background = is_clear ? "transparent" : proto::kPictureBackground;
   }
 
   static void save(const Session& session, const ImageArguments& output, const std::string& id) {

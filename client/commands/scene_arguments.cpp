@@ -46,7 +46,8 @@ void tell_warnings(const Session& session, const proto::JobStatus& job, const st
 
 void SceneArguments::add_to(CLI::App& command) {
   command
-      .add_option("SCENE", scene, "A scene or job document (.json), an .obj, .ply, .stl or .nff file, or - for stdin")
+      .add_option("SCENE", scene,
+                  "A model (.glb, .gltf, .obj, .ply, .stl, .nff), a scene or job document (.json), or - for stdin")
       ->required();
   command.add_option_function<std::string>(
       "--size",
@@ -110,13 +111,37 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_flag("--count-tests", options.count_tests, "Count what rays are tested against, for 'tessera stats'");
   command.add_flag("--allow-outside", allow_outside, "Upload files from outside the document's folder, too");
   command.add_option("--name", options.name, "The job's name in listings; the file's by default");
+  add_model_options(command);
+}
+
+void SceneArguments::add_model_options(CLI::App& command) {
+  constexpr const char* kGroup = "Of a model's file";
+  const auto add = [&](const char* name, auto& value, const char* words) {
+    return command.add_option(name, value, words)->group(kGroup);
+  };
+  add("--camera", options.camera, "One of the file's cameras, by name or index, in place of one that sees it all");
+  add("--azimuth", options.angles.azimuth, "From where that looks, in degrees: 0 is the front, 90 the side at +x; 30")
+      ->check(CLI::Range(-360.0, 360.0));
+  add("--elevation", options.angles.elevation, "Degrees that it stands above; 20")->check(CLI::Range(-90.0, 90.0));
+  add("--fov", options.angles.fov, "Degrees from the image's top edge to its bottom edge; 30");
+  add("--environment", options.environment,
+      "What lights it: studio, an HDR or EXR image, or a radiance as one number or three (0.5, or 1,0.9,0.8)");
+  add("--variant", options.variant, "One of the file's variants, by name");
+  add("--smooth", options.smooth, "Smooth a mesh without normals over edges that are less sharp, in degrees")
+      ->check(CLI::Range(0.0, 180.0));
+  command
+      .add_option_function<std::string>(
+          "--up", [this](const std::string& up) { options.has_z_up = up == "z"; }, "The axis that is upright: y or z")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->group(kGroup);
+  command.add_flag("--no-ground", options.has_no_ground, "No shadow on the ground")->group(kGroup);
 }
 
 proto::JobStatus SceneArguments::submit(const Session& session) const {
   session.on_interrupt("");
   nlohmann::json job = job_document(scene, options);
-  const NamedFiles files =
-      name_files_by_content(job, {.folder = folder_of(scene), .scene = scene, .allow_outside = allow_outside});
+  const NamedFiles files = name_files_by_content(
+      job, {.folder = folder_of(scene), .named = named_files(scene, options), .allow_outside = allow_outside});
   for (const std::string& note : files.notes) session.note(note);
   const Client client = session.client();
   try {

@@ -18,6 +18,7 @@ struct SceneArguments {
   bool allow_outside = false;
 
   void add_to(CLI::App& command);
+  void add_model_options(CLI::App& command);
 
   /// Uploads the files that the scene names, then submits the job; tells the scene's warnings on stderr.
   proto::JobStatus submit(const Session& session) const;

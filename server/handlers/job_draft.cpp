@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <numbers>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
-#include "core/math/portable.h"
 #include "proto/names.h"
+#include "proto/wire/model_picture.h"
 #include "server/handlers/json_members.h"
 #include "server/http/query_errors.h"
 
@@ -23,14 +23,6 @@ using proto::Problem;
 using proto::Result;
 
 namespace {
-
-constexpr std::uint32_t kDefaultSide = 512;
-constexpr double kDefaultError = 0.02;
-constexpr std::uint32_t kDefaultSamples = 256;
-/// Three quarters from the front, which is +z, and a little from above.
-constexpr double kAzimuth = 30, kElevation = 20;
-/// As narrow as products are photographed.
-constexpr double kFieldOfView = 30;
 
 /// A parameter that says something of the job, and where the document has that.
 struct Place {
@@ -57,7 +49,24 @@ constexpr Place kInJob[] = {
 
 bool is_a_scene(const Asset& asset) { return asset.kind != AssetKind::model || asset.format == FileFormat::nff; }
 
-json studio_light() { return {{"type", "environment"}, {"preset", "studio"}}; }
+/// Numbers that a parameter takes, as floats, which is what documents keep of them.
+struct Bounds {
+  float least, greatest;
+  bool are_out = false;  ///< Themselves.
+
+  bool hold(double value) const {
+    if (!(std::abs(value) <= std::numeric_limits<float>::max())) return false;
+    const auto kept = static_cast<float>(value);
+    return are_out ? kept > least && kept < greatest : kept >= least && kept <= greatest;
+  }
+  std::string words() const {
+    if (!std::isinf(greatest))
+      return are_out ? "greater than " + json(least).dump() + " and less than " + json(greatest).dump()
+                     : "from " + json(least).dump() + " to " + json(greatest).dump();
+    return "greater than " + json(least).dump();
+  }
+};
+constexpr Bounds kPositive{0, std::numeric_limits<float>::infinity(), true};
 
 /// Collects the documents' parts.
 class Drafter {
@@ -87,31 +96,22 @@ class Drafter {
   }
 
  private:
-  std::optional<json> number(std::string_view name, double least, double greatest) {
+  std::optional<double> number(std::string_view name, const Bounds& bounds) {
     const auto text = request_.query(name);
     if (!text) return std::nullopt;
-    json value = json::parse(*text, nullptr, false);
-    if (value.is_number() && value >= least && value <= greatest) return value;
-    errors_.add(name, "Give a number" + range(least, greatest) + ".");
+    const json value = json::parse(*text, nullptr, false);
+    if (value.is_number() && bounds.hold(value)) return value.get<double>();
+    errors_.add(name, "Give a number " + bounds.words() + '.');
     return std::nullopt;
   }
 
-  static std::string range(double least, double greatest) {
-    if (std::isinf(greatest)) return std::isinf(least) ? "" : " that is at least " + json(least).dump();
-    return " from " + json(least).dump() + " to " + json(greatest).dump();
-  }
-
-  std::optional<json> whole(std::string_view name) {
+  std::optional<std::uint32_t> whole(std::string_view name) {
     const auto text = request_.query(name);
     if (!text) return std::nullopt;
-    json value = json::parse(*text, nullptr, false);
-    if (value.is_number_unsigned() && value > 0U && value <= 0xFFFFFFFFU) return value;
+    const json value = json::parse(*text, nullptr, false);
+    if (value.is_number_unsigned() && value > 0U && value <= 0xFFFFFFFFU) return value.get<std::uint32_t>();
     errors_.add(name, "Give a whole number that is at least 1.");
     return std::nullopt;
-  }
-
-  bool is_asked(std::initializer_list<std::string_view> names) const {
-    return std::ranges::any_of(names, [&](std::string_view name) { return request_.query(name).has_value(); });
   }
 
   void refuse(std::initializer_list<std::string_view> names, const std::string& why) {
@@ -119,55 +119,32 @@ class Drafter {
       if (request_.query(name)) errors_.add(name, why);
   }
 
-  /// One side alone is both.
   void read_size() {
-    auto width = whole("width"), height = whole("height");
+    const auto width = whole("width"), height = whole("height");
     if (!width && !height && is_a_scene(asset_)) return;
-    const json side = width.value_or(height.value_or(kDefaultSide));
-    job_["image"] = {{"width", width.value_or(side)}, {"height", height.value_or(side)}};
+    job_["image"] = proto::picture_size(width, height);
     draft_.expected.width = job_["image"]["width"];
     draft_.expected.height = job_["image"]["height"];
   }
 
   void read_end() {
-    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-    const auto samples = whole("samples");
-    const auto error = number("error", 0, kNoLimit), seconds = number("seconds", 0, kNoLimit);
-    json until = json::object();
-    if (samples) until["samples"] = *samples;
-    if (error) until["error"] = *error;
-    if (seconds) until["seconds"] = *seconds;
-    if (!is_asked({"samples", "error", "seconds"})) until = {{"error", kDefaultError}, {"samples", kDefaultSamples}};
-    job_["settings"]["until"] = until;
+    proto::PictureEnd end;
+    end.samples = whole("samples");
+    end.error = number("error", kPositive);
+    end.seconds = number("seconds", kPositive);
+    job_["settings"]["until"] = proto::picture_until(end);
   }
 
   /// The camera that the server places, but for scenes with one of their own.
   void read_view() {
-    const auto azimuth = number("azimuth", -360, 360), elevation = number("elevation", -90, 90),
-               fov = number("fov", 0, 180);
-    const auto named = request_.query("camera");
-    const bool is_asked_for = is_asked({"azimuth", "elevation", "fov"});
-    if (named) {
+    const proto::ViewAngles angles{.azimuth = number("azimuth", {-360, 360}),
+                                   .elevation = number("elevation", {-90, 90}),
+                                   .fov = number("fov", {0, 180, true})};
+    if (request_.query("camera"))
       refuse({"azimuth", "elevation", "fov"}, "The file's camera says this; leave it or camera out.");
-      return;
-    }
-    if (is_a_scene(asset_) && !is_asked_for) return;
-    const double around = degrees(azimuth.value_or(kAzimuth)), above = degrees(elevation.value_or(kElevation));
-    const double x = portable_sin(around), z = portable_cos(around), flat = portable_cos(above);
-    json camera{{"type", "perspective"},
-                {"direction", {-x * flat, -portable_sin(above), -z * flat}},
-                {"fov", fov.value_or(kFieldOfView)}};
-    // From straight above, what is at the back is up.
-    const double height = elevation.value_or(kElevation);
-    if (std::abs(height) == 90) {
-      const double way = height > 0 ? -1 : 1;
-      camera["direction"] = {0, way, 0};
-      camera["up"] = {way * x, 0, way * z};
-    }
-    job_["camera"] = std::move(camera);
+    else if (!is_a_scene(asset_) || angles.is_given())
+      job_["camera"] = proto::view_camera(angles);
   }
-
-  static double degrees(double value) { return value / 180 * std::numbers::pi; }
 
   /// What lies behind all, and beside the colour.
   void read_shown() {
@@ -176,8 +153,9 @@ class Drafter {
     if (is_transparent || background) job_["settings"]["transparent"] = is_transparent;
     draft_.expected.transparent = is_transparent;
     if (is_transparent) draft_.expected.aovs.insert(Aov::alpha);
-    draft_.image.tone_map = ToneMap::khronos_pbr_neutral;
-    if (is_transparent) draft_.image.background = Rgb{1, 1, 1};
+    draft_.image.tone_map =
+        std::ranges::find(tone_map_names(), proto::kPictureToneMap, &proto::Choice<ToneMap>::name)->value;
+    if (is_transparent) draft_.image.background = read_hex_color(proto::kPictureBackground);
     const auto aov = request_.query("aov");
     const auto* const known = std::ranges::find(proto::aov_names(), aov.value_or(""), &proto::Choice<Aov>::name).base();
     if (!aov || known == proto::aov_names().data() + proto::aov_names().size()) return;  // `choose_image` refuses it.
@@ -189,46 +167,34 @@ class Drafter {
     json object{
         {"type", "file"}, {"blob", asset_.hash}, {"format", name_of(proto::file_format_names(), asset_.format)}};
     if (!asset_.companions.empty()) object["companions"] = asset_.companions;
-    if (const auto name = request_.query("camera")) {
-      const json index = json::parse(*name, nullptr, false);
-      object["file_camera"] = index.is_number_unsigned() ? index : json(*name);
-    }
-    if (const auto name = request_.query("variant")) object["variant"] = *name;
-    if (const auto angle = number("smooth", 0, 180)) object["smooth"] = *angle;
-    const std::string_view up = request_.query("up").value_or("y");
-    if (up == "z")
-      object["transform"] = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
-    else if (up != "y")
-      errors_.add("up", "Give y or z.");
-    const std::string_view ground = request_.query("ground").value_or("shadow");
+    const auto text_of = [&](std::string_view name) { return std::optional<std::string>(request_.query(name)); };
+    proto::ModelLook look{.is_a_scene = is_a_scene(asset_),
+                          .camera = text_of("camera"),
+                          .variant = text_of("variant"),
+                          .smooth = number("smooth", {0, 180}),
+                          .environment = environment()};
+    const std::string_view up = request_.query("up").value_or("y"),
+                           ground = request_.query("ground").value_or("shadow");
+    if (up != "y" && up != "z") errors_.add("up", "Give y or z.");
     if (ground != "shadow" && ground != "none") errors_.add("ground", "Give shadow or none.");
-    json scene{{"objects", {object}}};
-    if (request_.query("environment"))
-      scene["lights"] = {environment()};
-    else if (!is_a_scene(asset_))
-      scene["lights"] = {{{"type", "environment"}, {"preset", "studio"}, {"only_without_lights", true}}};
-    if (ground == "shadow" && !is_a_scene(asset_)) scene["ground"] = "shadow";
+    look.has_z_up = up == "z";
+    look.has_ground = ground == "shadow";
+    const json scene = proto::model_scene(look, std::move(object));
     draft_.scene = scene.dump();
     draft_.scene_key = proto::content_hash("scene " + draft_.scene);
   }
 
+  /// Null where the query says nothing of it.
   json environment() {
-    const std::string_view asked = *request_.query("environment");
-    if (asked == "studio") return studio_light();
-    if (proto::is_content_hash(asked)) return {{"type", "environment"}, {"blob", asked}};
-    json radiance;
-    if (const auto color = read_hex_color(asked)) {
-      radiance = {color->r, color->g, color->b};
-    } else {
-      radiance = json::parse('[' + std::string(asked) + ']', nullptr, false);
-      if (radiance.is_array() && radiance.size() == 1) radiance = {radiance[0], radiance[0], radiance[0]};
-    }
-    const auto is_number = [](const json& value) { return value.is_number() && value >= 0; };
-    if (!radiance.is_array() || radiance.size() != 3 || !std::ranges::all_of(radiance, is_number))
-      errors_.add("environment",
-                  "Give studio, the hash of an image that was uploaded, a colour as six hexadecimal digits, or its "
-                  "radiance as one number or three (0.5, or 1,0.9,0.8).");
-    return {{"type", "environment"}, {"radiance", radiance}};
+    const auto asked = request_.query("environment");
+    if (!asked) return nullptr;
+    if (const auto color = read_hex_color(*asked))
+      return {{"type", "environment"}, {"radiance", {color->r, color->g, color->b}}};
+    if (auto light = proto::environment_light(*asked)) return *std::move(light);
+    errors_.add("environment",
+                "Give studio, the hash of an image that was uploaded, a colour as six hexadecimal digits, or its "
+                "radiance as one number or three, each from 0 to 1e18 (0.5, or 1,0.9,0.8).");
+    return nullptr;
   }
 
   /// A document is taken as it is; the query says what it doesn't.
@@ -262,7 +228,7 @@ class Drafter {
       }
       if (settings_.contains("transparent")) refuse_stated({"background"});
       draft_.expected.transparent = draft_.expected.transparent || settings_.value("transparent", json()) == true;
-      if (draft_.expected.transparent) draft_.image.background = Rgb{1, 1, 1};
+      if (draft_.expected.transparent) draft_.image.background = read_hex_color(proto::kPictureBackground);
       if (settings_.contains("aovs")) job_["settings"].erase("aovs");
     }
     if (settings_.is_object()) settings_.update(job_["settings"]);

@@ -1,5 +1,6 @@
 """The real client against the real daemon."""
 
+import hashlib
 import http.server
 import json
 import os
@@ -8,6 +9,7 @@ import re
 import resource
 import select
 import signal
+import struct
 import subprocess
 import tempfile
 import threading
@@ -15,6 +17,7 @@ import unittest
 
 from daemon import ENDED, Daemon
 from documents import crowd
+from render_test import CORNERS, GLTF, MTL, NFF, PLY, WITH_MTL, form
 
 OK, JOB_FAILED, USAGE, REFUSED, UNREACHABLE, LOCAL_FILE = range(6)
 INTERRUPTED, READER_HAS_GONE = 130, 141
@@ -28,8 +31,17 @@ SPHERE = {
 # Takes far longer than any test waits, and stops between tiles.
 ENDLESS = {"scene": SPHERE, "image": {"width": 2000, "height": 2000}, "settings": {"samples": 4000, "tile_size": 16}}
 
+STL = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
 RED_TRIANGLE = "mtllib colours.mtl\nusemtl red\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n"
 COLOURS = "newmtl red\nKd 1 0 0\n"
+
+
+def self_contained(gltf, buffer):
+    """A glTF document with its one buffer, as GLB."""
+    text = json.dumps({**gltf, "buffers": [{"byteLength": len(buffer)}]}).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 class ClientTest(unittest.TestCase):
@@ -438,11 +450,11 @@ class Scenes(ClientTest):
             self.assertEqual(self.blobs(), before)
 
     def test_files_of_other_kinds_are_called_what_they_are(self):
-        self.write("scene.gltf", {"asset": {"version": "2.0"}})
+        self.write("scene.dae", "<?xml version='1.0'?><COLLADA></COLLADA>")
         self.write("cube.off", "OFF\n8 6 0\n")
-        for name, kind in (("scene.gltf", "a glTF file"), ("cube.off", "an OFF file")):
+        for name, kind in (("scene.dae", "a COLLADA file"), ("cube.off", "an OFF file")):
             done = self.tessera("render", name, code=LOCAL_FILE)
-            self.assertEqual(done.stderr, f"tessera: {name} is {kind}; known are JSON documents, OBJ, PLY, STL and NFF\n")
+            self.assertEqual(done.stderr, f"tessera: {name} is {kind}; known are JSON documents, glTF, OBJ, PLY, STL and NFF\n")
         done = self.tessera("render", "-", code=LOCAL_FILE, stdin="solid cube\nfacet normal 0 0 1\n")
         self.assertIn("tessera: standard input is an STL file; ", done.stderr)
         self.write("triangle.txt", RED_TRIANGLE)
@@ -483,6 +495,81 @@ class Scenes(ClientTest):
             server.shutdown()
         self.assertEqual(done.stdout.strip(), status["id"])
         self.assertIn("note: there are 3 warnings, which the server doesn't tell: ", done.stderr)
+
+    def test_a_file_is_the_same_picture_through_every_door(self):
+        glb = self_contained(GLTF, CORNERS)
+        files = {"a.gltf": json.dumps(GLTF).encode(), "buffers/corners 1.bin": CORNERS, "a.glb": glb, "a.nff": NFF,
+                 "a.obj": WITH_MTL, "a.mtl": MTL, "a.ply": PLY, "a.stl": STL}
+        for name, content in files.items():
+            os.makedirs(os.path.dirname(os.path.join(self.folder, name)), exist_ok=True)
+            with open(os.path.join(self.folder, name), "wb") as file:
+                file.write(content)
+        names = {"a.gltf": ["buffers/corners 1.bin"], "a.obj": ["a.mtl"]}
+        with Daemon("--threads", "2", "--asset-root", self.folder) as daemon:
+            pictures = {}
+            for name in ("a.gltf", "a.glb", "a.obj", "a.ply", "a.stl", "a.nff"):
+                with self.subTest(name=name):
+                    body, headers = form([(n, files[n]) for n in (name, *names.get(name, []))])
+                    called = daemon.request("POST", "/v1/render?width=24&height=16", body, headers)
+                    self.assertEqual(called.status, 200, called.body[:500])
+                    pictures[name] = called.body
+                    self.tessera("render", name, "--size", "24x16", "-o", "out.png", server=daemon.url)
+                    self.assertEqual(self.read("out.png"), called.body)
+                    # A document that says the same of the file, as a blob and below the asset root.
+                    for content in files.values():
+                        digest = "sha256:" + hashlib.sha256(content).hexdigest()
+                        self.assertIn(daemon.request("PUT", "/v1/blobs/" + digest, content).status, (200, 201, 204))
+                    blob = {"blob": "sha256:" + hashlib.sha256(files[name]).hexdigest(),
+                            "format": {"a.glb": "gltf"}.get(name, name[2:]),
+                            "companions": {n: "sha256:" + hashlib.sha256(files[n]).hexdigest() for n in names.get(name, [])}}
+                    for file in (blob, {"path": name}):
+                        scene = {"objects": [{"type": "file", **file}]}
+                        job = {"scene": scene, "image": {"width": 24, "height": 16},
+                               "settings": {"until": {"error": 0.02, "samples": 256}}}
+                        look = "tone_map=khronos_pbr_neutral"
+                        if name != "a.nff":
+                            studio = {"type": "environment", "preset": "studio", "only_without_lights": True}
+                            scene.update({"lights": [studio], "ground": "shadow"})
+                            job["camera"] = {"type": "perspective", "azimuth": 30, "elevation": 20, "fov": 30}
+                            job["settings"]["transparent"] = True
+                            look += "&background=white"
+                        submitted = daemon.submit(job)
+                        daemon.wait_ended(submitted)
+                        image = daemon.request("GET", f"/v1/jobs/{submitted}/image?{look}")
+                        self.assertEqual(image.body, called.body)
+            self.assertEqual(pictures["a.gltf"], pictures["a.glb"])
+
+    def test_a_model_is_seen_as_the_options_say(self):
+        with open(os.path.join(self.folder, "a.glb"), "wb") as file:
+            file.write(self_contained(GLTF, CORNERS))
+        with open(os.path.join(self.folder, "a.glb"), "rb") as file:
+            body = file.read()
+        self.write("scene.json", SPHERE)
+        common = "width=12&height=8&samples=4"
+        for options, query in (
+            ("--camera behind", "camera=behind"),
+            ("--camera 0", "camera=0"),
+            ("--azimuth -40 --elevation 90 --fov 20", "azimuth=-40&elevation=90&fov=20"),
+            ("--environment 1,0.5,0.25 --background environment", "environment=1,0.5,0.25&background=environment"),
+            ("--environment studio --background 00ff7f --no-ground", "environment=studio&background=00ff7f&ground=none"),
+            ("--up z --tone-map aces --exposure 1", "up=z&tone_map=aces&exposure=1"),
+            ("--transparent", "background=transparent"),
+        ):
+            with self.subTest(options=options):
+                called = self.daemon.request("POST", f"/v1/render?{common}&{query}", body)
+                self.assertEqual(called.status, 200, called.body)
+                self.tessera("render", "a.glb", "--size", "12x8", "--samples", "4", *options.split())
+                self.assertEqual(self.read("out.png"), called.body)
+        self.tessera("render", "a.glb", "--size", "12x8", "--samples", "4", "-o", "out.jpg")
+        called = self.daemon.request("POST", f"/v1/render?{common}&format=jpeg", body)
+        self.assertEqual(self.read("out.jpg"), called.body)
+        for wrong in (["a.glb", "--azimuth", "400"], ["scene.json", "--azimuth", "4"], ["scene.json", "--up", "z"],
+                      ["a.glb", "--background", "black", "-o", "a.exr"],
+                      ["a.glb", "--background", "environment", "--transparent"]):
+            self.tessera("render", *wrong, code=USAGE)
+        self.tessera("render", "a.glb", "--environment", "gone.hdr", code=LOCAL_FILE)
+        refused = self.tessera("render", "a.glb", "--camera", "none", code=REFUSED)
+        self.assertIn('0 ("behind")', refused.stderr)
 
     def test_files_are_found_from_the_documents_folder(self):
         self.write("there/meshes/colours.mtl", COLOURS)

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "proto/import/gltf/uri.h"
+#include "proto/wire/uri.h"
 
 namespace tessera::proto {
 namespace {

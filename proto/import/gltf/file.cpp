@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "proto/import/broken_file.h"
-#include "proto/import/gltf/uri.h"
 #include "proto/import/read_file.h"
+#include "proto/wire/uri.h"
 
 namespace tessera::proto {
 namespace {

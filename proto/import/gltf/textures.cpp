@@ -9,8 +9,8 @@
 
 #include "core/io/read_texture.h"
 #include "core/math/portable.h"
-#include "proto/import/gltf/uri.h"
 #include "proto/wire/file_kind.h"
+#include "proto/wire/uri.h"
 
 namespace tessera::proto {
 namespace {

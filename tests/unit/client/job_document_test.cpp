@@ -3,14 +3,14 @@
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
-#include "tests/unit/client/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::client {
 namespace {
 
 using nlohmann::json;
 
-class JobDocument : public TemporaryFolder {
+class JobDocument : public FolderTest {
  protected:
   std::string refusal_of(const std::string& text) const {
     try {
@@ -92,14 +92,69 @@ TEST_F(JobDocument, NamesTileSizesAsTheWireDoes) {
   EXPECT_EQ(job_document(write("scene.json", "{}"), options)["settings"]["tile_size"], "whole");
 }
 
-TEST_F(JobDocument, LightsAMeshButNotAnNffFile) {
+TEST_F(JobDocument, ShowsAModelAsTheOneCallDoes) {
   const auto path = write("some/where/bunny.PLY", "ply");
-  const json mesh = job_document(path, {});
-  EXPECT_EQ(mesh["scene"]["objects"], json::array({{{"type", "file"}, {"path", "bunny.PLY"}}}));
-  EXPECT_EQ(mesh["scene"]["lights"].size(), 2U);
-  EXPECT_EQ(mesh["name"], "bunny.PLY");
+  const json light{{"type", "environment"}, {"preset", "studio"}, {"only_without_lights", true}};
+  EXPECT_EQ(job_document(path, {}),
+            json({{"name", "bunny.PLY"},
+                  {"scene",
+                   {{"objects", json::array({{{"type", "file"}, {"path", "bunny.PLY"}}})},
+                    {"lights", json::array({light})},
+                    {"ground", "shadow"}}},
+                  {"camera", {{"type", "perspective"}, {"azimuth", 30}, {"elevation", 20}, {"fov", 30}}},
+                  {"image", {{"width", 512}, {"height", 512}}},
+                  {"settings", {{"transparent", true}, {"until", {{"error", 0.02}, {"samples", 256}}}}}}));
   EXPECT_EQ(folder_of(path), path.parent_path());
-  EXPECT_FALSE(job_document(write("tetra.nff", "v"), {})["scene"].contains("lights"));
+  EXPECT_EQ(job_document(write("tetra.nff", "v"), {}),
+            json({{"name", "tetra.nff"},
+                  {"scene", {{"objects", json::array({{{"type", "file"}, {"path", "tetra.nff"}}})}}},
+                  {"settings", {{"until", {{"error", 0.02}, {"samples", 256}}}}}}));
+}
+
+TEST_F(JobDocument, TakesOptionsForModels) {
+  const auto path = write("helmet.glb", "glTF");
+  const auto sky = write("sky.hdr", "#?RADIANCE");
+  JobOptions options;
+  options.variant = "red";
+  options.smooth = 30;
+  options.has_z_up = true;
+  options.has_no_ground = true;
+  options.environment = sky.string();
+  options.angles = {.azimuth = -90, .elevation = {}, .fov = 20};
+  options.samples = 7;
+  options.shows_environment = true;
+  json job = job_document(path, options);
+  const json object = job["scene"]["objects"][0];
+  EXPECT_EQ(object["variant"], "red");
+  EXPECT_EQ(object["smooth"], 30);
+  EXPECT_EQ(object["transform"], (json{1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0}));
+  EXPECT_EQ(job["scene"]["lights"], json::array({{{"type", "environment"}, {"path", sky.string()}}}));
+  EXPECT_FALSE(job["scene"].contains("ground"));
+  EXPECT_EQ(job["camera"], (json{{"type", "perspective"}, {"azimuth", -90}, {"elevation", 20}, {"fov", 20}}));
+  EXPECT_EQ(job["settings"], (json{{"transparent", false}, {"until", {{"samples", 7}}}}));
+  EXPECT_EQ(named_files(path, options), (std::vector<std::filesystem::path>{path, sky}));
+
+  JobOptions camera;
+  camera.camera = "1";
+  camera.environment = "0.5";
+  job = job_document(path, camera);
+  EXPECT_EQ(job["scene"]["objects"][0]["file_camera"], 1);
+  EXPECT_EQ(job["scene"]["lights"][0]["radiance"], (json{0.5, 0.5, 0.5}));
+  EXPECT_FALSE(job.contains("camera"));
+  camera.environment = "gone.hdr";
+  EXPECT_THROW(job_document(path, camera), Failure);
+}
+
+TEST_F(JobDocument, RefusesOptionsForModelsThatADocumentHasNoPlaceFor) {
+  JobOptions options;
+  options.angles.fov = 20;
+  try {
+    job_document(write("scene.json", R"({"objects": []})"), options);
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.kind(), Failure::Kind::usage);
+    EXPECT_NE(std::string(failure.what()).find("--fov"), std::string::npos);
+  }
 }
 
 TEST_F(JobDocument, RefusesWhatIsNoDocument) {
@@ -128,11 +183,14 @@ TEST_F(JobDocument, GoesByContent) {
     } catch (const Failure& failure) {
       EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
       EXPECT_EQ(failure.what(),
-                (folder_ / name).string() + " is " + what + "; known are JSON documents, OBJ, PLY, STL and NFF");
+                (folder_ / name).string() + " is " + what + "; known are JSON documents, glTF, OBJ, PLY, STL and NFF");
     }
   };
-  told("scene.gltf", R"({"asset": {"version": "2.0"}, "scenes": []})", "a glTF file");
-  told("scene.json", R"({"buffers": [")" + std::string(100000, 'A') + R"("], "accessors": []})", "a glTF file");
+  for (const char* gltf : {"scene.gltf", "other.json"})
+    EXPECT_EQ(model_format(write(gltf, R"({"asset": {"version": "2.0"}, "scenes": []})")), "gltf");
+  EXPECT_EQ(model_format(write("late.gltf", R"({"a": 1})")), "gltf");
+  EXPECT_EQ(model_format(write("scene.json", R"({"objects": []})")), "");
+  EXPECT_EQ(model_format("-"), "");
   told("a.off", "OFF\n3 1 0\n", "an OFF file");
   told("image.obj", "\x89PNG\r\n\x1A\n", "a PNG image");
   told("notes.txt", "hello\n", "a file of no kind that is known here");

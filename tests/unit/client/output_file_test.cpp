@@ -4,13 +4,13 @@
 #include <sys/resource.h>
 
 #include "client/failure.h"
-#include "tests/unit/client/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::client {
 namespace {
 
 namespace fs = std::filesystem;
-using OutputFile = TemporaryFolder;
+using OutputFile = FolderTest;
 
 std::size_t files_in(const fs::path& folder) {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));

@@ -3,13 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
-#include "tests/unit/client/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::client {
 namespace {
 
 using nlohmann::json;
-using SceneFiles = TemporaryFolder;
+using SceneFiles = FolderTest;
 
 json file_object(const std::string& path) { return {{"type", "file"}, {"path", path}}; }
 
@@ -89,6 +89,44 @@ TEST_F(SceneFiles, BringsTheTextureThatAPlyNames) {
   EXPECT_FALSE(document.contains("companions"));
 }
 
+TEST_F(SceneFiles, BringsTheBuffersAndImagesOfAGltf) {
+  const std::string gltf =
+      R"({"images": [{"uri": "in/a%20b.png"}, {"bufferView": 0}, {"uri": 3}, 4, {"uri": "gone.png"}],
+    "extras": {"buffers": [{"uri": "unnamed.bin"}]},
+    "buffers": [{"uri": "DATA.bin"}, {"uri": "data:,x"}, {"uri": "http://x/secret.bin"}, {"uri": "../secret.bin"},
+                {"uri": "link.bin"}, {"uri": "in/a%20b.png"}]})";
+  for (const char* name : {"mesh/in/a b.png", "mesh/data.bin", "mesh/unnamed.bin", "secret.bin"}) write(name, name);
+  std::filesystem::create_symlink(folder_ / "secret.bin", folder_ / "mesh/link.bin");
+  const json expected{{"in/a b.png", proto::content_hash("mesh/in/a b.png")},
+                      {"DATA.bin", proto::content_hash("mesh/data.bin")}};
+  const auto size = static_cast<unsigned char>(gltf.size() & 255), more = static_cast<unsigned char>(gltf.size() >> 8);
+  std::string glb = "glTF" + std::string(8, '\1');
+  glb += {static_cast<char>(size), static_cast<char>(more), '\0', '\0'};
+  glb += "JSON" + gltf + std::string(100, '\7');
+  write("mesh/a.gltf", gltf);
+  write("mesh/a.glb", glb);
+  write("mesh/b.gltf", R"({"later": [)" + std::string(100'000, ' ') + "]," + gltf.substr(1));
+  for (const char* name : {"a.gltf", "a.glb", "b.gltf"}) {
+    json document = file_object(name);
+    const NamedFiles found = name_files_by_content(document, {.folder = folder_ / "mesh"});
+    EXPECT_EQ(document["format"], "gltf");
+    EXPECT_EQ(document["companions"], expected) << name;
+    EXPECT_EQ(found.to_upload.size(), 3U);
+    ASSERT_EQ(found.notes.size(), 1U);
+    EXPECT_NE(found.notes[0].find("link.bin lies outside"), std::string::npos);
+  }
+  json document = file_object("a.gltf");
+  name_files_by_content(document, {.folder = folder_ / "mesh", .allow_outside = true});
+  EXPECT_EQ(document["companions"].size(), 3U);
+  write("mesh/broken.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "unnamed.bin")");
+  write("mesh/short.glb", "glTF");
+  for (const char* name : {"broken.gltf", "short.glb"}) {
+    document = file_object(name);
+    name_files_by_content(document, {.folder = folder_ / "mesh"});
+    EXPECT_FALSE(document.contains("companions")) << name;
+  }
+}
+
 TEST_F(SceneFiles, LeavesTexturesOutsideTheFolder) {
   const auto secret = write("secret.png", "secret");
   write("in/a.obj", "mtllib a.mtl\n");
@@ -166,15 +204,15 @@ TEST_F(SceneFiles, TakesAFileAsWhatItIs) {
 }
 
 TEST_F(SceneFiles, RefusesFilesThatAreOfNoUse) {
-  write("scene.gltf", R"({"asset": {"version": "2.0"}})");
+  write("scene.fbx", "Kaydara FBX Binary  ");
   write("model.obj", "\x89PNG\r\n\x1A\n");
   write("mesh.dat", "ply?");
-  const json document{{"a/b", file_object("scene.gltf")}, {"c", {file_object("model.obj"), file_object("mesh.dat")}}};
+  const json document{{"a/b", file_object("scene.fbx")}, {"c", {file_object("model.obj"), file_object("mesh.dat")}}};
   EXPECT_EQ(refusal(document, {.folder = folder_}),
             (std::vector<std::string>{
-                "/a~1b/path: scene.gltf is a glTF file; known are OBJ, PLY, STL and NFF",
-                "/c/0/path: model.obj is a PNG image; known are OBJ, PLY, STL and NFF",
-                "/c/1/path: mesh.dat is a file of no kind that is known here; known are OBJ, PLY, STL and NFF"}));
+                "/a~1b/path: scene.fbx is an FBX file; known are glTF, OBJ, PLY, STL and NFF",
+                "/c/0/path: model.obj is a PNG image; known are glTF, OBJ, PLY, STL and NFF",
+                "/c/1/path: mesh.dat is a file of no kind that is known here; known are glTF, OBJ, PLY, STL and NFF"}));
 }
 
 TEST_F(SceneFiles, SendsNothingFromOutsideTheFolder) {
@@ -197,7 +235,7 @@ TEST_F(SceneFiles, SendsNothingFromOutsideTheFolder) {
   }
   for (const char* path : {"a.ply", "./a.ply", "x/../a.ply", "inner.ply", "../in/a.ply"})
     EXPECT_TRUE(refusal(file_object(path), in).empty()) << path;
-  EXPECT_TRUE(refusal(file_object("link.ply"), {.folder = in.folder, .scene = in.folder / "link.ply"}).empty())
+  EXPECT_TRUE(refusal(file_object("link.ply"), {.folder = in.folder, .named = {in.folder / "link.ply"}}).empty())
       << "what the user names";
 }
 

@@ -1,6 +1,6 @@
 #include "server/handlers/job_draft.h"
 
-#include <cmath>
+#include <cstring>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -69,17 +69,10 @@ TEST(JobDraft, AModelIsLitPlacedAndFramed) {
 }
 
 TEST(JobDraft, TheCameraLooksFromWhereItIsAsked) {
-  const auto direction = [](const std::string& query) { return job_of(model(), query)["camera"]["direction"]; };
-  const auto expect_near = [](const json& way, double x, double y, double z) {
-    EXPECT_NEAR(way[0], x, 1e-12);
-    EXPECT_NEAR(way[1], y, 1e-12);
-    EXPECT_NEAR(way[2], z, 1e-12);
-  };
-  expect_near(direction("azimuth=0&elevation=0"), 0, 0, -1);
-  expect_near(direction("azimuth=90&elevation=0"), -1, 0, 0);
-  expect_near(direction("azimuth=180&elevation=30"), 0, -0.5, std::sqrt(0.75));
-  expect_near(direction("azimuth=0&elevation=-90"), 0, 1, 0);
-  expect_near(job_of(model(), "azimuth=90&elevation=90")["camera"]["up"], -1, 0, 0);
+  const auto camera = [](const std::string& query) { return job_of(model(), query)["camera"]; };
+  EXPECT_EQ(camera("azimuth=-90&elevation=0&fov=20"),
+            (json{{"type", "perspective"}, {"azimuth", -90}, {"elevation", 0}, {"fov", 20}}));
+  EXPECT_EQ(camera("azimuth=5"), (json{{"type", "perspective"}, {"azimuth", 5}, {"elevation", 20}, {"fov", 30}}));
 }
 
 TEST(JobDraft, TheQuerySaysWhatIsNotTheDefault) {
@@ -106,7 +99,8 @@ TEST(JobDraft, AnEnvironmentIsOneOfManyThings) {
   EXPECT_EQ(light("1,0.5,2")[0]["radiance"], (json{1, 0.5, 2}));
   EXPECT_EQ(light("ff0000")[0]["radiance"], (json{1.0, 0.0, 0.0}));
   EXPECT_EQ(light(kHash)[0]["blob"], kHash);
-  for (const char* bad : {"", "1,2", "x", "-1", "1,2,3,4", "[1]", "null", "sha256:1", "1,2,\"3\"", "1]", "[1,2,3"})
+  for (const char* bad :
+       {"", "1,2", "x", "-1", "1,2,3,4", "[1]", "null", "sha256:1", "1,2,\"3\"", "1]", "[1,2,3", "1e30"})
     EXPECT_EQ(refused(model(), "environment=" + encoded(bad)), "?environment") << bad;
 }
 
@@ -115,6 +109,8 @@ TEST(JobDraft, WhatIsNoValueIsRefusedByName) {
        {"width", "height", "samples", "error", "seconds", "azimuth", "elevation", "fov", "smooth"})
     for (const char* bad : {"", "x", "-1000", "1e999", "nan", "[1]", "1 2", "\"1\""})
       EXPECT_EQ(refused(model(), name + '=' + encoded(bad)), '?' + name) << bad;
+  for (const char* bad : {"error=0", "error=1e-60", "error=1e300", "seconds=0", "fov=0", "fov=180", "azimuth=360.1"})
+    EXPECT_EQ(refused(model(), bad), '?' + std::string(bad, std::strchr(bad, '='))) << bad;
   EXPECT_EQ(refused(model(), "up=x&ground=grass"), "?up?ground");
   EXPECT_EQ(refused(model(), "camera=1&fov=3"), "?fov");
 }

@@ -1,4 +1,4 @@
-#include "proto/import/gltf/uri.h"
+#include "proto/wire/uri.h"
 
 #include <algorithm>
 #include <array>

@@ -42,26 +42,24 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
 
 Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known, const PrepareJob& prepare,
                               const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+  const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
+    const auto begin = Clock::now();
+    auto job = prepare(unwanted);
+    if (!job) return {job.problem(), std::nullopt};
+    job->parsing = Clock::now() - begin;
+    auto id = start_job(services, *job, false);
+    if (!id) return {id.problem(), std::nullopt};
+    const auto bytes = is_kept_known ? std::optional<std::uint64_t>(id->size()) : std::nullopt;
+    return {HeldJob{*id, services.jobs.hold(*id)}, bytes, HeldJob{*id, nullptr}};
+  };
   for (;;) {
-    std::optional<HeldJob> started;
-    const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
-      const auto begin = Clock::now();
-      auto job = prepare(unwanted);
-      if (!job) return {job.problem(), std::nullopt};
-      job->parsing = Clock::now() - begin;
-      auto id = start_job(services, *job, false);
-      if (!id) return {id.problem(), std::nullopt};
-      started = HeldJob{*id, services.jobs.hold(*id)};
-      return {*id, is_kept_known ? std::optional<std::uint64_t>(id->size()) : std::nullopt};
-    };
-    const auto id = services.known_jobs.get(key, make, abandoned);
-    if (!id) return id.problem();
-    if (started) return *std::move(started);
-    HeldJob held{*id, services.jobs.hold(*id)};
-    const auto job = services.jobs.find(*id);
+    auto known = services.known_jobs.get(key, make, abandoned);
+    if (!known || known->hold) return known;
+    known->hold = services.jobs.hold(known->id);
+    const auto job = services.jobs.find(known->id);
     const bool has_ended_early = !job || job->state == JobState::failed || job->state == JobState::canceled;
-    if (!has_ended_early && is_of_use(*job)) return held;
-    services.known_jobs.drop_all(key);
+    if (!has_ended_early && is_of_use(*job)) return known;
+    services.known_jobs.drop(key, [&](const Result<HeldJob>& kept) { return kept && kept->id == known->id; });
   }
 }
 

@@ -16,19 +16,20 @@
 
 namespace tessera::server {
 
-/// Ids of jobs by the hash of all that their images depend on, so that what is asked for again is rendered once.
-class KnownJobs : public SingleFlight<proto::Result<std::string>> {
+/// A job, held for who asked for it.
+struct HeldJob {
+  std::string id;
+  std::shared_ptr<const JobTable::Hold> hold;
+};
+
+/// Jobs by the hash of all that their images depend on, so that what is asked for again is rendered once. All who asked
+/// while one was made ready hold it together; it is kept without a hold.
+class KnownJobs : public SingleFlight<proto::Result<HeldJob>> {
  public:
   KnownJobs() : SingleFlight(kMostBytes) {}
 
  private:
   static constexpr std::uint64_t kMostBytes = 16 << 20;
-};
-
-/// A job, held for who asked for it.
-struct HeldJob {
-  std::string id;
-  std::shared_ptr<const JobTable::Hold> hold;
 };
 
 using PrepareJob = std::function<proto::Result<PreparedJob>(const std::stop_token& unwanted)>;

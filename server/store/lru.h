@@ -44,6 +44,10 @@ class Lru {
     while (bytes_ > limit_) drop(by_key_.find(entries_.back().key), evicted);
   }
 
+  void drop(std::string_view key, Evicted& evicted) {
+    if (const auto found = by_key_.find(key); found != by_key_.end()) drop(found, evicted);
+  }
+
   /// Drops all whose name begins so.
   void drop_all(std::string_view prefix, Evicted& evicted) {
     for (auto at = by_key_.lower_bound(prefix); at != by_key_.end() && at->first.starts_with(prefix);)

@@ -27,10 +27,12 @@ namespace tessera::server {
 template <typename Value>
 class SingleFlight {
  public:
-  /// A value that has been made, and what keeping it takes; nothing there, and it isn't kept.
+  /// A value that has been made, and what keeping it takes; nothing there, and it isn't kept. What is kept may be
+  /// another one than those have who asked until now.
   struct Made {
     Value value;
     std::optional<std::uint64_t> bytes;
+    std::optional<Value> kept = std::nullopt;
   };
   /// Makes a value, or throws. `unwanted` is requested when all who asked for it have gone.
   using Make = std::function<Made(const std::stop_token& unwanted)>;
@@ -101,6 +103,14 @@ class SingleFlight {
     if (const auto kept = kept_.find(key); kept && *kept == value) kept_.put(key, value, bytes, evicted);
   }
 
+  /// Doesn't keep the value any more, if it is the one that is meant.
+  template <typename IsMeant>
+  void drop(const std::string& key, const IsMeant& is_meant) {
+    Evicted evicted;
+    const std::lock_guard lock(mutex_);
+    if (const auto kept = kept_.find(key); kept && is_meant(*kept)) kept_.drop(key, evicted);
+  }
+
   /// Keeps nothing any more whose key begins so.
   void drop_all(std::string_view prefix) {
     Evicted evicted;
@@ -151,10 +161,12 @@ class SingleFlight {
   void fly(const std::string& key, const FlightPtr& flight, const Make& make) {
     Answer& answer = flight->answer;
     std::optional<std::uint64_t> bytes;
+    std::optional<Value> kept;
     try {
       Made made = make(flight->unwanted.get_token());
       answer.value = std::move(made.value);
       bytes = made.bytes;
+      kept = std::move(made.kept);
     } catch (...) {
       answer.error = std::current_exception();
     }
@@ -165,7 +177,7 @@ class SingleFlight {
       forget(key, flight);
       asked = std::move(flight->asked);
       try {
-        if (bytes) kept_.put(key, *answer.value, *bytes, evicted);
+        if (bytes) kept_.put(key, kept ? *std::move(kept) : *answer.value, *bytes, evicted);
       } catch (const std::bad_alloc&) {  // The next one who asks has it made again.
       }
     }

@@ -50,6 +50,23 @@ TEST(SingleFlight, MakesOnceForAllWhoAskAtOnce) {
   }
 }
 
+TEST(SingleFlight, WhatIsKeptMayBeAnother) {
+  Flights flights(kRoomy);
+  const Flights::Make make = [](const std::stop_token&) { return Flights::Made{1, 1, 2}; };
+  EXPECT_EQ(flights.get("a", make, std::stop_token{}), 1);
+  EXPECT_EQ(flights.get("a", make, std::stop_token{}), 2);
+}
+
+TEST(SingleFlight, DropsWhatIsMeantAlone) {
+  Flights flights(kRoomy);
+  for (const char* key : {"1 2", "1 23"}) flights.get(key, always(1), std::stop_token{});
+  flights.drop("1 2", [](int kept) { return kept == 2; });
+  EXPECT_EQ(flights.find("1 2"), 1);
+  flights.drop("1 2", [](int kept) { return kept == 1; });
+  EXPECT_EQ(flights.find("1 2"), std::nullopt);
+  EXPECT_EQ(flights.find("1 23"), 1) << "whose key begins so";
+}
+
 TEST(SingleFlight, AFailureIsToldAndNotKept) {
   Flights flights(kRoomy);
   const Flights::Make fails = [](const std::stop_token&) -> Flights::Made { throw std::runtime_error("no luck"); };

@@ -43,6 +43,9 @@ constexpr SignOf<FileKind> kKinds[] = {
     {FileKind::obj, "obj"},  {FileKind::ply, "ply"},       {FileKind::nff, "nff"},       {FileKind::gltf, "gltf"},
     {FileKind::glb, "gltf"}, {FileKind::stl_ascii, "stl"}, {FileKind::stl_binary, "stl"}};
 
+/// Fields of a form that are files even without a name: what they hold says what they are.
+constexpr std::string_view kFileFields[] = {"scene", "file", "asset"};
+
 std::optional<FileFormat> format_called(std::string_view name) {
   const auto formats = proto::file_format_names();
   const auto found = std::ranges::find(formats, name, &proto::Choice<FileFormat>::name);
@@ -83,6 +86,12 @@ std::optional<FileFormat> format_of(const NamedFile& file) {
   return by_type ? by_type : proto::format_of(file.name);
 }
 
+/// A media type of that format.
+std::string type_of(FileFormat format) {
+  const auto name = name_of(proto::file_format_names(), format);
+  return std::string(std::ranges::find(kMediaTypes, name, &SignOf<std::string_view>::format)->sign);
+}
+
 /// Names of files, as they are written in a sentence.
 std::string listed(const std::vector<const NamedFile*>& files) {
   constexpr std::size_t kMostNames = 10;
@@ -105,14 +114,19 @@ class AssetOpener {
     std::vector<NamedFile> files;
     std::set<std::string> names;
     for (const FormPart& part : *parts) {
-      const std::string called = '"' + proto::printable(part.file_name.value_or(part.name)) + '"';
-      if (!part.file_name) return unusable("The form's part " + called + " is no file: it has no file name.");
-      if (const std::string why = why_unsafe(*part.file_name); !why.empty())
+      const std::string& given = part.file_name ? *part.file_name : part.name;
+      const std::string called = '"' + proto::printable(given) + '"';
+      if (!part.file_name && std::ranges::find(kFileFields, part.name) == std::end(kFileFields))
+        return unusable("The form's part " + called + " is no file: it has no file name.");
+      if (const std::string why = why_unsafe(given); !why.empty())
         return unusable("The form's file " + called + ' ' + why);
-      std::string name = std::filesystem::path(*part.file_name).lexically_normal().generic_string();
+      std::string name = std::filesystem::path(given).lexically_normal().generic_string();
       if (!names.insert(name).second) return unusable("Two of the form's files are called " + called + '.');
-      files.push_back({std::move(name), part.content_type, services_.blobs.receive()});
-      files.back().file->write(std::as_bytes(std::span(part.content)));
+      NamedFile& file = files.emplace_back(NamedFile{std::move(name), part.content_type, services_.blobs.receive()});
+      file.file->write(std::as_bytes(std::span(part.content)));
+      if (!part.file_name && !format_of_type(part.content_type))
+        if (const auto format = format_of_kind(proto::file_kind(file.file->head(proto::kFileHead), file.file->size())))
+          file.content_type = type_of(*format);
     }
     if (files.size() == 1) return open_one(files.front());
     return open_all(files);

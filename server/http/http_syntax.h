@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <string_view>
 
 /// What the grammar of HTTP calls things (RFC 9110, 5; RFC 3986 for hosts).
@@ -26,5 +28,8 @@ std::string_view trimmed(std::string_view text);
 
 /// Whether two texts are the same but for the case of ASCII letters.
 bool equal_but_for_case(std::string_view a, std::string_view b);
+
+/// Undoes percent encoding (RFC 3986, 2.1); nothing where a percent sign stands before no two digits.
+std::optional<std::string> percent_decode(std::string_view text);
 
 }  // namespace tessera::server

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "proto/wire/printable.h"
 #include "server/http/http_syntax.h"
 #include "server/http/media_type.h"
 
@@ -176,12 +177,24 @@ class FormParser {
   static void read_disposition(std::string_view value, FormPart& part) {
     if (!is_media_type(value, "form-data")) throw Malformed{"A part's Content-Disposition isn't form-data."};
     auto parameters = parameters_of(value);
-    if (take_parameter(parameters, "filename*"))
-      throw Malformed{"A part names its file by filename*; send it as filename, in UTF-8 (RFC 7578, 4.2)."};
     auto name = take_parameter(parameters, "name");
     if (!name) throw Malformed{"A part has no name."};
     part.name = *std::move(name);
     part.file_name = take_parameter(parameters, "filename");
+    const auto extended = take_parameter(parameters, "filename*");
+    if (extended && !part.file_name) part.file_name = decoded(*extended);
+  }
+
+  /// Forms have no use for such a value (RFC 7578, 4.2), but some clients write it: charset'language'escaped (RFC
+  /// 8187).
+  static std::string decoded(std::string_view value) {
+    const std::size_t language = value.find('\''), text = value.find('\'', language + 1);
+    if (language != value.npos && text != value.npos && equal_but_for_case(value.substr(0, language), "utf-8")) {
+      auto name = percent_decode(value.substr(text + 1));
+      const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+      if (name && proto::is_utf8(*name) && std::ranges::none_of(*name, is_control)) return *std::move(name);
+    }
+    throw Malformed{"A part's filename* isn't UTF-8''name, with percent signs for what isn't ASCII (RFC 8187)."};
   }
 
   std::string line_, delimiter_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 
@@ -37,6 +38,7 @@ void ReceivedFile::create() {
 }
 
 void ReceivedFile::write(std::span<const std::byte> bytes) {
+  if (is_whole_) throw std::logic_error("written to after it was read");
   size_ += bytes.size();
   if (!file_ && memory_.size() + bytes.size() <= kMostInMemory) {
     memory_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -61,6 +63,7 @@ void ReceivedFile::write_out(std::span<const std::byte> bytes) {
 }
 
 const proto::ContentHash& ReceivedFile::finish() {
+  is_whole_ = true;
   if (!hash_.empty()) return hash_;
   sha256_.update(memory_);
   return hash_ = sha256_.finish();
@@ -80,6 +83,7 @@ std::string ReceivedFile::head(std::size_t most) const {
 }
 
 std::string_view ReceivedFile::content() {
+  is_whole_ = true;
   if (memory_.size() == size_) return memory_;
   if (mapped_.empty()) {
     void* address = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file_.value(), 0);
@@ -90,11 +94,13 @@ std::string_view ReceivedFile::content() {
 }
 
 const std::filesystem::path& ReceivedFile::path() {
+  is_whole_ = true;
   if (!file_) create();
   return path_;
 }
 
 void ReceivedFile::keep_as(const std::filesystem::path& destination) {
+  is_whole_ = true;
   if (!file_) create();
   if (::fsync(file_.value()) != 0) fail("cannot sync " + path_.string());
   if (::rename(path_.c_str(), destination.c_str()) != 0) fail("cannot rename to " + destination.string());

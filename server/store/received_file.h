@@ -28,13 +28,13 @@ class ReceivedFile {
   bool has_memory_for(std::size_t bytes) const { return !file_ && memory_.size() + bytes <= kMostInMemory; }
   std::uint64_t size() const { return size_; }
 
-  // No `write` may follow any of these.
+  /// The first bytes, at most so many.
+  std::string head(std::size_t most) const;
+
+  // After any of these a `write` is a std::logic_error.
 
   /// The hash of everything written.
   const proto::ContentHash& finish();
-
-  /// The first bytes, at most so many.
-  std::string head(std::size_t most) const;
 
   /// Everything written, as long as this lives; not to be asked for once it is kept.
   std::string_view content();
@@ -54,6 +54,7 @@ class ReceivedFile {
   std::filesystem::path path_;  ///< Empty before there is a file, and once it is kept.
   FileDescriptor file_;
   std::uint64_t size_ = 0;
+  bool is_whole_ = false;
   proto::Sha256 sha256_;  ///< Of what isn't in memory.
   proto::ContentHash hash_;
   std::string_view mapped_;

@@ -69,6 +69,13 @@ TEST(Multipart, NamesOfFilesAreAsTheyWereSent) {
   EXPECT_EQ(file_name("\"\""), "a|||abc\n");
 }
 
+TEST(Multipart, NamesOfFilesMayBeEscaped) {
+  const auto named = [](const std::string& how) { return parsed(part("form-data; name=a; " + how)); };
+  EXPECT_EQ(named("filename*=UTF-8''na%C3%AFve%20b.obj"), "a|na\xC3\xAFve b.obj||abc\n");
+  EXPECT_EQ(named("filename*=utf-8'en'b"), "a|b||abc\n");
+  EXPECT_EQ(named("filename=c; filename*=utf-8''b"), "a|c||abc\n") << "the one that forms have";
+}
+
 TEST(Multipart, WhatIsNoFormIsRefused) {
   const std::string good = part("form-data; name=a");
   ASSERT_EQ(parsed(good), "a|-||abc\n");
@@ -80,13 +87,26 @@ TEST(Multipart, WhatIsNoFormIsRefused) {
                            "multipart/form-data; boundary", "multipart/form-data; boundary=xyz boundary=abc"})
     EXPECT_EQ(parsed(good, type), "malformed") << type;
   EXPECT_EQ(parsed(good, "multipart/form-data; boundary=" + std::string(71, 'x')), "malformed");
-  for (const char* disposition :
-       {"form-data", "attachment; name=a", "form-data; name=\"a", "form-data; name=a; name=b", "form-data; name",
-        "form-data; name=\"a\"b", "form-data; name=a b", "form-data name=a", "form-data; name=a; filename*=utf-8''b",
-        "form-data; name=a\r\nContent-Disposition: form-data; name=b", "form-data; name=a\r\nno header",
-        "form-data; name=a\r\n folded: b", "form-data; name=a\r\nContent-Transfer-Encoding: base64",
-        "form-data; name=a\r\nContent-Type: a/b\r\nContent-Type: a/b", "form-data; name=a\rb",
-        "form-data; name=\"a\nb\"", "form-data; name=\"a\x01\""})
+  for (const char* disposition : {"form-data",
+                                  "attachment; name=a",
+                                  "form-data; name=\"a",
+                                  "form-data; name=a; name=b",
+                                  "form-data; name",
+                                  "form-data; name=\"a\"b",
+                                  "form-data; name=a b",
+                                  "form-data name=a",
+                                  "form-data; name=a; filename*=b",
+                                  "form-data; name=a; filename*=latin1''b",
+                                  "form-data; name=a; filename*=utf-8''%FF",
+                                  "form-data; name=a; filename*=utf-8''%0A",
+                                  "form-data; name=a\r\nContent-Disposition: form-data; name=b",
+                                  "form-data; name=a\r\nno header",
+                                  "form-data; name=a\r\n folded: b",
+                                  "form-data; name=a\r\nContent-Transfer-Encoding: base64",
+                                  "form-data; name=a\r\nContent-Type: a/b\r\nContent-Type: a/b",
+                                  "form-data; name=a\rb",
+                                  "form-data; name=\"a\nb\"",
+                                  "form-data; name=\"a\x01\""})
     EXPECT_EQ(parsed(part(disposition)), "malformed") << disposition;
   EXPECT_EQ(parsed("--xyz\r\n\r\nabc\r\n--xyz--"), "malformed") << "no disposition";
   EXPECT_EQ(parsed("--xyz\r\n--xyz--"), "malformed");

@@ -1,11 +1,12 @@
 #include "server/store/blob_store.h"
 
 #include <span>
+#include <stdexcept>
 #include <system_error>
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/server/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::server {
 namespace {
@@ -34,6 +35,25 @@ TEST(BlobStore, KeepsAFileByItsHash) {
   ASSERT_TRUE(found);
   EXPECT_EQ(proto::hash_file(found->path), hash);
   EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(BlobStore, WhatWasReadOfAFileIsAllOfIt) {
+  const TemporaryFolder folder;
+  const BlobStore store(folder.path(), std::nullopt);
+  const auto read = [](int how, ReceivedFile& file) {
+    if (how == 0) file.finish();
+    if (how == 1) file.content();
+    if (how == 2) file.path();
+  };
+  for (const int how : {0, 1, 2}) {
+    const auto file = received(store, "some bytes");
+    EXPECT_EQ(file->head(4), "some");
+    read(how, *file);
+    EXPECT_THROW(file->write(std::as_bytes(std::span("more", 4))), std::logic_error);
+    EXPECT_EQ(file->finish(), content_hash("some bytes"));
+    EXPECT_EQ(file->content(), "some bytes");
+    EXPECT_EQ(proto::hash_file(file->path()), content_hash("some bytes"));
+  }
 }
 
 TEST(BlobStore, RefusesAnotherHashAndLeavesNothing) {

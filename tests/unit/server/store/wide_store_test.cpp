@@ -14,7 +14,7 @@
 #include "core/accel/wide/wide_build.h"
 #include "server/store/wide_file.h"
 #include "tests/support/meshes.h"
-#include "tests/unit/server/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::server {
 namespace {

@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <bit>
 #include <optional>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -107,9 +109,19 @@ std::string key_of(const DrakeForm& form) {
   return key;
 }
 
-Problem scene_problem(Problem problem) {
-  for (proto::FieldError& error : problem.errors) error.pointer = "scene";
+/// In terms of the form, and each fault once.
+Problem scene_problem(Problem problem, const proto::ContentHash& scene) {
   if (problem.errors.empty()) problem.detail = "scene: " + problem.detail;
+  std::vector<proto::FieldError> told;
+  for (proto::FieldError& error : problem.errors) {
+    const bool is_inside = error.pointer.starts_with(scene) && error.pointer.size() > scene.size();
+    error.pointer = is_inside ? "scene: " + error.pointer.substr(scene.size()) : "scene";
+    const auto is_this = [&](const proto::FieldError& other) {
+      return other.pointer == error.pointer && other.detail == error.detail;
+    };
+    if (std::ranges::none_of(told, is_this)) told.push_back(std::move(error));
+  }
+  problem.errors = std::move(told);
   return problem;
 }
 
@@ -123,7 +135,7 @@ Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const std
   const auto found = find_drake_view(form.scene);
   const std::string key = "drake " + (found ? found->rest : form.scene_sha256);
   auto scene = services.scenes.parse_once(key, scene_document(form.scene_sha256), files, abandoned);
-  if (!scene) return scene_problem(scene.problem());
+  if (!scene) return scene_problem(scene.problem(), form.scene_sha256);
   if (!scene->scene->camera)
     return Problem{ProblemCode::malformed_request,
                    "",
@@ -144,28 +156,35 @@ Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const std
 struct Wanted {
   std::string job, key;
   ImageChoice choice;
+  unsigned attempt;
 };
+
+Response render(Services& services, Request& request, unsigned attempt);
+
+/// Once more, when an image has given way to those of others before it could be sent.
+Response render_again(Services& services, Request& request, const Wanted& wanted) {
+  if (wanted.attempt < kMostAttempts) return render(services, request, wanted.attempt + 1);
+  return text_response(gave_way());
+}
 
 /// The image, when the job has ended.
 Response answer(Services& services, Request& request, const Wanted& wanted) {
   const auto job = services.jobs.find(wanted.job);
-  if (!job) return post_drake_render(services, request);  // It has been forgotten meanwhile,
+  if (!job) return render_again(services, request, wanted);  // It has been forgotten meanwhile,
   if (job->state == JobState::failed)
     return text_response({ProblemCode::internal_error, "The job " + job->id + " failed: " + job->error + ".", {}});
   if (job->state != JobState::completed)
     return text_response({ProblemCode::shutting_down, "The job " + job->id + " was canceled.", {}});
   if (job->image == proto::ImageState::gone && !is_encoded(services, job->id, wanted.choice))
-    return post_drake_render(services, request);  // or its image has given way.
+    return render_again(services, request, wanted);  // or its image has given way.
   Response response = picture_response(services, request, *job, wanted.choice, wanted.key);
-  if (response.status >= 400) return post_drake_render(services, request);
+  if (response.status >= 400) return render_again(services, request, wanted);
   services.jobs.let_image_go(job->id);  // A robot looks once, from each place.
   response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
   return response;
 }
 
-}  // namespace
-
-Response post_drake_render(Services& services, Request& request) {
+Response render(Services& services, Request& request, unsigned attempt) {
   FileBudget::spend(request.file->size());
   const auto form = read_drake_form(request, request.file->content());
   if (!form) return text_response(form.problem());
@@ -173,7 +192,7 @@ Response post_drake_render(Services& services, Request& request) {
     return text_response({ProblemCode::hash_mismatch,
                           "",
                           {{"scene_sha256", "\"scene\" came with another hash, " + hash + "; send it again."}}});
-  const Wanted known{"", key_of(*form), choice_of(*form)};
+  const Wanted known{"", key_of(*form), choice_of(*form), attempt};
   const auto job = find_or_start(
       services, known.key, true, [&](const std::stop_token& unwanted) { return prepare(services, *form, unwanted); },
       [&](const JobView& view) {
@@ -181,7 +200,7 @@ Response post_drake_render(Services& services, Request& request) {
       },
       request.abandoned);
   if (!job) return text_response(job.problem());
-  const Wanted wanted{job->id, known.key, known.choice};
+  const Wanted wanted{job->id, known.key, known.choice, attempt};
   const auto view = services.jobs.find(job->id);
   if (!view || proto::has_ended(view->state)) return answer(services, request, wanted);
   const auto go_on = [wanted](Services& its_services, Request& its_request) {
@@ -191,5 +210,9 @@ Response post_drake_render(Services& services, Request& request) {
   response.later = std::make_shared<const Later>(Later{job->id, std::nullopt, job->hold, go_on});
   return response;
 }
+
+}  // namespace
+
+Response post_drake_render(Services& services, Request& request) { return render(services, request, 1); }
 
 }  // namespace tessera::server

@@ -117,9 +117,9 @@ class FormReader {
     return std::nullopt;
   }
 
-  float number_in(std::string_view name, float above, float most, const char* what) {
+  float number_between(std::string_view name, float above, float below, const char* what) {
     const auto value = number(name);
-    if (value && !(*value > above && *value <= most)) refuse(name, std::string("Give ") + what + ".");
+    if (value && !(*value > above && *value < below)) refuse(name, std::string("Give ") + what + ".");
     return value.value_or(0);
   }
 
@@ -132,13 +132,13 @@ class FormReader {
 
   void read_intrinsics() {
     constexpr float kHalfTurn = std::numbers::pi_v<float>;
-    number_in("fov_x", 0, kHalfTurn, "an angle in radians, more than 0 and less than pi");
-    number_in("fov_y", 0, kHalfTurn, "an angle in radians, more than 0 and less than pi");
-    form_.intrinsics.fx = number_in("focal_x", 0, kLargest, "a length in pixels that is more than 0");
-    form_.intrinsics.fy = number_in("focal_y", 0, kLargest, "a length in pixels that is more than 0");
+    number_between("fov_x", 0, kHalfTurn, "an angle in radians, more than 0 and less than pi");
+    number_between("fov_y", 0, kHalfTurn, "an angle in radians, more than 0 and less than pi");
+    form_.intrinsics.fx = number_between("focal_x", 0, kLargest, "a length in pixels that is more than 0");
+    form_.intrinsics.fy = number_between("focal_y", 0, kLargest, "a length in pixels that is more than 0");
     // Drake counts from the middle of the first pixel, and here it is from its corner.
-    form_.intrinsics.cx = number_in("center_x", -kLargest, kLargest, "a place in pixels") + 0.5F;
-    form_.intrinsics.cy = number_in("center_y", -kLargest, kLargest, "a place in pixels") + 0.5F;
+    form_.intrinsics.cx = number_between("center_x", -kLargest, kLargest, "a place in pixels") + 0.5F;
+    form_.intrinsics.cy = number_between("center_y", -kLargest, kLargest, "a place in pixels") + 0.5F;
   }
 
   void read_sensor() {

@@ -134,6 +134,13 @@ bool is_encoded(Services& services, const std::string& job, const ImageChoice& c
   return services.images.find(key_of(job, choice, nullptr)).has_value();
 }
 
+proto::Problem gave_way() {
+  return {ProblemCode::out_of_memory_budget,
+          "The image gave way to those of others, each time it was rendered; send the request again when fewer are "
+          "asked for, or have the server set more memory aside (--max-film-memory).",
+          {}};
+}
+
 Response picture_response(Services& services, const Request& request, const JobView& job, const ImageChoice& choice,
                           const std::string& identity) {
   const bool complete = job.image == ImageState::complete || job.image == ImageState::gone;

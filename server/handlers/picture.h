@@ -16,6 +16,11 @@ namespace tessera::server {
 Response picture_response(Services& services, const Request& request, const JobView& job, const ImageChoice& choice,
                           const std::string& identity);
 
+/// An image may give way to those of others after it was rendered and before it is sent: then it is rendered again, up
+/// to so many times in all, and refused.
+inline constexpr unsigned kMostAttempts = 3;
+proto::Problem gave_way();
+
 /// The ETag of a complete image, before there is any.
 std::string picture_etag(const std::string& identity, const ImageChoice& choice);
 /// Whether the request says that who sent it has the image with this ETag.

@@ -75,7 +75,16 @@ struct Wanted {
   ImageDefaults defaults;
   std::string identity;  ///< What the pixels depend on.
   Preference preference;
+  unsigned attempt;
 };
+
+Response render(Services& services, Request& request, unsigned attempt);
+
+/// Once more, when an image has given way to those of others before it could be sent.
+Response render_again(Services& services, Request& request, const Wanted& wanted) {
+  if (wanted.attempt < kMostAttempts) return render(services, request, wanted.attempt + 1);
+  return problem_response(gave_way());
+}
 
 void add_timing(std::string& text, const char* name, Clock::duration time) {
   char entry[64];
@@ -114,7 +123,7 @@ Response accepted(Services& services, const JobView& job, const Preference& pref
 /// The image, as soon as there is one.
 Response answer(Services& services, Request& request, const Wanted& wanted) {
   const auto job = services.jobs.find(wanted.job);
-  if (!job) return post_render(services, request);  // It has been forgotten meanwhile,
+  if (!job) return render_again(services, request, wanted);  // It has been forgotten meanwhile,
   Response response;
   if (!proto::has_ended(job->state)) {
     response = accepted(services, *job, wanted.preference);
@@ -124,7 +133,7 @@ Response answer(Services& services, Request& request, const Wanted& wanted) {
     const auto choice = choose_image(request, job->order->settings, wanted.defaults);
     if (!choice) return problem_response(choice.problem());
     if (job->image == ImageState::gone && !is_encoded(services, job->id, *choice))
-      return post_render(services, request);  // or its image has given way.
+      return render_again(services, request, wanted);  // or its image has given way.
     const auto begin = Clock::now();
     response = picture_response(services, request, *job, *choice, wanted.identity);
     response.headers.emplace_back("Server-Timing", timing_of(*job, Clock::now() - begin));
@@ -140,9 +149,7 @@ bool is_of_use(Services& services, const Request& request, const JobView& job, c
   return !choice || is_encoded(services, job.id, *choice);
 }
 
-}  // namespace
-
-Response post_render(Services& services, Request& request) {
+Response render(Services& services, Request& request, unsigned attempt) {
   const auto begin = Clock::now();
   const auto asset = open_asset(services, request);
   if (!asset) return problem_response(asset.problem());
@@ -160,7 +167,8 @@ Response post_render(Services& services, Request& request) {
   const auto has_it = [&](const JobView& job) { return is_of_use(services, request, job, *draft); };
   const auto held = find_or_start(services, *asset, *draft, has_it, request.abandoned);
   if (!held) return problem_response(held.problem());
-  const Wanted wanted{held->id, draft->image, is_reproducible ? draft->key : held->id, read_preference(request)};
+  const Wanted wanted{held->id, draft->image, is_reproducible ? draft->key : held->id, read_preference(request),
+                      attempt};
   const auto job = services.jobs.find(held->id);
   if (!job) return problem_response(job.problem());
   const auto choice = choose_image(request, job->order->settings, draft->image);
@@ -175,5 +183,9 @@ Response post_render(Services& services, Request& request) {
   response.later = std::make_shared<const Later>(Later{held->id, until, held->hold, go_on});
   return response;
 }
+
+}  // namespace
+
+Response post_render(Services& services, Request& request) { return render(services, request, 1); }
 
 }  // namespace tessera::server

@@ -278,6 +278,7 @@ class DrakeTest(unittest.TestCase):
             cases += [("label", {name: value}, name) for value in ("", "nan", "x", "1e", "1 2")]
         for name in ("focal_x", "focal_y", "fov_x", "fov_y"):
             cases += [("label", {name: value}, name) for value in ("0", "-1", "inf")]
+        cases += [("label", {name: value}, name) for name in ("fov_x", "fov_y") for value in ("3.14159274", "3.2")]
         cases += [
             ("label", {"near": 2, "far": 2}, "near"), ("label", {"near": -1}, "near"),
             ("depth", {"min_depth": 3, "max_depth": 1}, "min_depth"), ("depth", {"min_depth": "-0.1"}, "min_depth"),
@@ -296,6 +297,14 @@ class DrakeTest(unittest.TestCase):
                 reply = self.render("color", content, status=400)
                 self.assertEqual(reply.media_type, "text/plain")
                 self.assertIn("scene", reply.body.decode())
+        broken = json.loads(gltf)
+        broken["meshes"][0]["primitives"] *= 2
+        for i in range(2):
+            broken["meshes"][0]["primitives"][i] = {"attributes": {"POSITION": 9}}
+        said = self.render("color", json.dumps(broken).encode(), status=400).body.decode().splitlines()
+        self.assertRegex(said[0], r"^scene: /meshes/0/primitives/0/attributes/POSITION: \S")
+        self.assertRegex(said[1], r"^scene: /meshes/0/primitives/1/attributes/POSITION: \S")
+        self.assertEqual(len(said), len(set(said)), said)
         for query, name in (("?samples=0", "samples"), ("?samples=x", "samples"), ("?depth=uint16", "depth"),
                             ("?format=tiff", "format"), ("?format=jpeg", "format"), ("?aov=depth", "aov")):
             with self.subTest(query=query):

@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <ctime>
 #include <exception>
 #include <iterator>
 #include <new>
@@ -27,7 +26,9 @@
 #include "server/http/router.h"
 #include "server/jobs/job_table.h"
 #include "server/memory_reserve.h"
+#include "server/response_head.h"
 #include "server/store/blob_store.h"
+#include "server/waiting.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -46,11 +47,7 @@ constexpr std::uint64_t kMostAnswers = 4ULL << 30;
 /// What the quick lane takes: documents of so many bytes, that name files of so many.
 constexpr std::size_t kQuickDocument = 64 << 10;
 constexpr std::uint64_t kQuickFiles = 256 << 10;
-/// A client that says no more is asked after so long whether it still listens.
-constexpr std::chrono::milliseconds kBeforeAsking{250};
-
 constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
-constexpr std::string_view kProcessing = "HTTP/1.1 102 Processing\r\n\r\n";
 /// The answer that takes no memory.
 constexpr std::string_view kNoMemory =
     "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/problem+json\r\nRetry-After: 1\r\n"
@@ -72,48 +69,6 @@ Response refuse(const Problem& why, Response (*as)(const Problem&) = problem_res
 std::variant<const Route*, Response> route_of(const Config& config, Request& request) {
   const MemoryReserve::Share share;
   return find_route(config, request);
-}
-
-std::string http_date() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[64];
-  return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts)};
-}
-
-struct Reason {
-  int status;
-  std::string_view phrase;
-};
-constexpr Reason kReasons[] = {{200, "OK"},
-                               {201, "Created"},
-                               {202, "Accepted"},
-                               {204, "No Content"},
-                               {304, "Not Modified"},
-                               {400, "Bad Request"},
-                               {404, "Not Found"},
-                               {405, "Method Not Allowed"},
-                               {406, "Not Acceptable"},
-                               {408, "Request Timeout"},
-                               {409, "Conflict"},
-                               {410, "Gone"},
-                               {413, "Content Too Large"},
-                               {414, "URI Too Long"},
-                               {415, "Unsupported Media Type"},
-                               {417, "Expectation Failed"},
-                               {422, "Unprocessable Content"},
-                               {429, "Too Many Requests"},
-                               {431, "Request Header Fields Too Large"},
-                               {500, "Internal Server Error"},
-                               {501, "Not Implemented"},
-                               {503, "Service Unavailable"},
-                               {505, "HTTP Version Not Supported"}};
-
-/// Nothing where there is none: nobody needs one (RFC 9112, 4).
-std::string_view reason(int status) {
-  const auto* const found = std::ranges::find(kReasons, status, &Reason::status);
-  return found == std::end(kReasons) ? std::string_view{} : found->phrase;
 }
 
 /// Counts one for as long as it lives.
@@ -186,6 +141,7 @@ class Session {
         channel_(loop, std::move(socket), coroutine),
         connections_(connections),
         services_(connections.services),
+        waiting_(loop, channel_, services_.jobs),
         timeout_(services_.config.timeout) {}
 
   Task<bool> run() {
@@ -305,7 +261,7 @@ class Session {
     Response response = co_await answer(route, route.handle, request, may_ask);
     while (response.later) {
       const std::shared_ptr<const Later> later = std::move(response.later);
-      co_await wait_for(*later, may_ask);
+      co_await waiting_.for_job(*later, may_ask);
       response = Response();
       if (channel_.broken().stop_requested()) break;
       response = co_await answer(route, later->then, request, may_ask);
@@ -324,8 +280,8 @@ class Session {
       run();
     } else {
       const bool is_quick = route.place == Place::quick && request.body.size() <= kQuickDocument;
-      if (is_quick) co_await run_on(connections_.quick, run_briefly, may_ask);
-      if (!is_quick || outcome.was_too_heavy) co_await run_on(connections_.slow, run, may_ask);
+      if (is_quick) co_await waiting_.for_work(connections_.quick, run_briefly, may_ask);
+      if (!is_quick || outcome.was_too_heavy) co_await waiting_.for_work(connections_.slow, run, may_ask);
     }
     if (!outcome.response && !channel_.broken().stop_requested()) throw std::bad_alloc();
     Response response = outcome.response.value_or(Response{});
@@ -342,75 +298,6 @@ class Session {
     } catch (...) {  // No memory for the refusal either.
     }
     return outcome;
-  }
-
-  /// Calls `function`, which doesn't throw, in a lane, while this coroutine waits: `channel_.broken()` is requested
-  /// when the client doesn't any more.
-  template <typename WorkFunction>
-  Task<bool> run_on(Lane& lane, WorkFunction& function, bool may_ask) {
-    struct InLane final : Lane::Work {
-      InLane(Session& its_session, WorkFunction& its_work) : session(its_session), work(its_work) {}
-      void run() noexcept override {
-        if (!session.channel_.broken().stop_requested()) work();
-        session.loop_.post(message);
-      }
-      Session& session;
-      WorkFunction& work;
-      EventLoop::Message message;
-    };
-    InLane in_lane(*this, function);
-    in_lane.message.to = &channel_;
-    lane.push(in_lane);
-    const auto never = [] { return false; };
-    co_await wait_for_message(in_lane.message, Channel::Clock::time_point::max(), never, may_ask);
-    co_return true;
-  }
-
-  /// Waits for what an answer waits for, or until the client has gone.
-  Task<bool> wait_for(const Later& later, bool may_ask) {
-    struct Told final : JobTable::Waiter {
-      explicit Told(EventLoop& its_loop) : loop(its_loop) {}
-      void job_has_ended() noexcept override { loop.post(message); }
-      EventLoop& loop;
-      EventLoop::Message message;
-    };
-    Told told(loop_);
-    told.message.to = &channel_;
-    if (!services_.jobs.wait(later.job, told)) co_return true;
-    const auto until = later.until.value_or(Channel::Clock::time_point::max());
-    const auto has_stopped = [&] {
-      const bool is_over = channel_.broken().stop_requested() || Channel::Clock::now() >= until;
-      return is_over && services_.jobs.stop_waiting(later.job, told);
-    };
-    co_await wait_for_message(told.message, until, has_stopped, may_ask);
-    co_return true;
-  }
-
-  /// Waits for a message, or until `has_stopped`, at `until` at the latest, and looks whether the client still does.
-  ///
-  /// A client that closes its side may have gone, or may just have no more to say, as `nc -N` does, and both look the
-  /// same from here until something is sent. So that it needn't be guessed, an interim response is (RFC 9110, 15.2):
-  /// who listens skips it, and for who has gone the system answers with a reset. HTTP/1.0 knows none, so that such a
-  /// client is worked for to the end.
-  template <typename HasStopped>
-  Task<bool> wait_for_message(const EventLoop::Message& message, Channel::Clock::time_point until,
-                              const HasStopped& has_stopped, bool may_ask) {
-    std::optional<Channel::Clock::time_point> to_ask;
-    bool has_asked = false;
-    while (!message.is_done && !has_stopped()) {
-      if (channel_.peer_has_finished() && may_ask && !has_asked && !to_ask)
-        to_ask = Channel::Clock::now() + kBeforeAsking;
-      channel_.expires_at(to_ask ? std::min(*to_ask, until) : until);
-      co_await channel_.change();
-      if (message.is_done || !to_ask || Channel::Clock::now() < *to_ask) continue;
-      to_ask.reset();
-      has_asked = true;
-      const ssize_t sent =
-          ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-      // A part of it would stand in the middle of what follows.
-      if (sent > 0 && static_cast<std::size_t>(sent) < kProcessing.size()) channel_.give_up();
-    }
-    co_return true;
   }
 
   /// Reads the body into the request, or says why not.
@@ -472,7 +359,7 @@ class Session {
         if (request.file->has_memory_for(piece.size()))
           write_to_file();
         else
-          co_await run_on(connections_.quick, write_to_file, head.minor_version > 0);
+          co_await waiting_.for_work(connections_.quick, write_to_file, head.minor_version > 0);
         if (failure) std::rethrow_exception(failure);
         piece.clear();
       }
@@ -509,17 +396,8 @@ class Session {
 
   /// Whether all of it went out.
   Task<bool> send(const RequestHead& head, const Response& response, bool keep) {
-    const bool is_bare = response.status == 204 || response.status == 304;
-    std::string text = "HTTP/1.1 " + std::to_string(response.status) + ' ';
-    text += reason(response.status);
-    text += "\r\nServer: tessera/" TESSERA_VERSION "\r\nDate: " + http_date() + "\r\n";
-    for (const auto& [name, value] : response.headers) text += name + ": " + value + "\r\n";
-    if (!is_bare && response.has_length)
-      text += "Content-Length: " + std::to_string(response.content().size()) + "\r\n";
-    if (!keep) text += "Connection: close\r\n";
-    if (keep && head.minor_version == 0) text += "Connection: keep-alive\r\n";
-    text += "\r\n";
-    const std::string_view body = is_bare || head.method == "HEAD" ? std::string_view{} : response.content();
+    const std::string text = response_head(response, keep, head.minor_version);
+    const std::string_view body = is_bare(response) || head.method == "HEAD" ? std::string_view{} : response.content();
     Share share(connections_.answer_bytes);
     if (response.shared_body && !share.grow(body.size(), kMostAnswers)) throw std::bad_alloc();
     const bool sent = co_await write(text, body);
@@ -583,6 +461,7 @@ class Session {
   Channel channel_;
   Connections& connections_;
   Services& services_;
+  Waiting waiting_;
   const std::chrono::seconds timeout_;
   Input input_;
   bool has_expired_ = false;   ///< The last `receive` came too late.

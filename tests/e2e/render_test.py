@@ -8,11 +8,11 @@ import struct
 import time
 import unittest
 import zipfile
-import zlib
 
 from concurrency_test import all_at_once
 from daemon import ENDED, Daemon, Reply
 from documents import ENDLESS_PIXEL, SPHERE
+from pictures import decode_png
 
 # A square that faces +z, the front.
 OBJ = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n"
@@ -48,33 +48,9 @@ JOB = {"scene": SPHERE, "image": {"width": 8, "height": 6}, "settings": {"sample
 
 
 def pixels(png):
-    """Width, height and rows of pixels of an 8-bit PNG."""
-    assert png.startswith(b"\x89PNG\r\n\x1a\n"), png[:100]
-    at, data = 8, b""
-    while at < len(png):
-        size, kind = struct.unpack(">I4s", png[at : at + 8])
-        chunk = png[at + 8 : at + 8 + size]
-        at += 12 + size
-        if kind == b"IHDR":
-            width, height, depth, color = struct.unpack(">IIBB", chunk[:10])
-            assert depth == 8
-            channels = {2: 3, 6: 4}[color]
-        if kind == b"IDAT":
-            data += chunk
-    data = zlib.decompress(data)
-    stride = width * channels
-    rows, above = [], bytes(stride)
-    for y in range(height):
-        kind, *line = data[y * (stride + 1) : (y + 1) * (stride + 1)]
-        row = bytearray(line)
-        for i in range(stride):
-            left, up = (row[i - channels] if i >= channels else 0), above[i]
-            corner = above[i - channels] if i >= channels else 0
-            paeth = min((left, up, corner), key=lambda v, p=left + up - corner: abs(p - v))
-            row[i] = row[i] + (0, left, up, (left + up) // 2, paeth)[kind] & 255
-        rows.append([tuple(row[i : i + channels]) for i in range(0, stride, channels)])
-        above = bytes(row)
-    return width, height, rows
+    """Width, height and rows of pixels of a PNG."""
+    picture = decode_png(png)
+    return picture.width, picture.height, picture.rows()
 
 
 def form(files, boundary="b0undary"):
@@ -180,10 +156,36 @@ class RenderTest(unittest.TestCase):
             _, _, rows = pixels(self.render(whole, f"?width=16&samples=4&camera={camera}").body)
             self.assertTrue(all(pixel[0] > 2 * pixel[1] for row in rows for pixel in row))
         self.assertEqual(self.places(self.render(whole, "?camera=beside", status=422)), ["?camera"])
-        self.assertIn('"none"', self.render(whole, "?variant=none", status=422).json()["errors"][0]["detail"])
+        refused = self.render(whole, "?variant=none", status=422)
+        self.assertEqual(self.places(refused), ["?variant"])
+        self.assertEqual(refused.json()["errors"][0]["detail"], 'There is no variant "none"; the file has none.')
+        extension = {"KHR_materials_variants": {"variants": [{"name": "red"}, {"name": "blue"}]}}
+        varied = json.dumps({**json.loads(whole), "extensionsUsed": [*extension], "extensions": extension}).encode()
+        refused = self.render(varied, "?variant=none", status=422)
+        self.assertEqual(self.places(refused), ["?variant"])
+        self.assertIn('"red", "blue"', refused.json()["errors"][0]["detail"])
+        refused = self.render(whole, "?camera=beside", status=422)
+        self.assertIn('0 ("behind")', refused.json()["errors"][0]["detail"])
 
     def with_query(self, query, body_and_headers):
         return body_and_headers[0], query, body_and_headers[1]
+
+    def test_a_file_of_a_form_may_have_no_name(self):
+        query = "?width=16&samples=4&azimuth=0&elevation=0"
+        red = self.render(*self.with_query(query, form([("a.obj", WITH_MTL), ("a.mtl", MTL)])))
+        body, headers = form([("a.obj", WITH_MTL), ("a.mtl", MTL)])
+        named = b'name="f"; filename="a.obj"'
+        for name in (b"scene", b"file", b"asset"):
+            without = body.replace(named, b'name="' + name + b'"')
+            self.assertEqual(self.render(without, query, headers).body, red.body)
+        escaped = body.replace(named, b"name=f; filename*=UTF-8''%61.obj")
+        self.assertEqual(self.render(escaped, query, headers).headers["Location"], red.headers["Location"])
+        detail = self.render(body.replace(named, b'name="f"'), query, headers, 400).json()["detail"]
+        self.assertIn('"f" is no file', detail)
+        scene, headers = form([("s", json.dumps(SPHERE).encode())])
+        scene = scene.replace(b'name="f"; filename="s"', b'name="scene"')
+        self.assertEqual(self.render(scene, "?width=8&samples=1", headers).body,
+                         self.render(SPHERE, "?width=8&samples=1").body)
 
     def test_forms_and_archives_that_cannot_be_used(self):
         for files, words in (
@@ -231,6 +233,8 @@ class RenderTest(unittest.TestCase):
                          ["?width", "?error", "?azimuth"])
         self.assertEqual(self.places(self.render(OBJ, "?aov=no&background=pink", status=400)), ["?aov", "?background"])
         self.assertEqual(self.places(self.render(OBJ, "?width=100000000", status=422)), ["?width"])
+        for asked in ("error=0", "seconds=0", "fov=0", "fov=180", "environment=1e30", "error=1e-60", "error=1e300"):
+            self.assertEqual(self.places(self.render(OBJ, "?" + asked, status=400)), ["?" + asked.split("=")[0]])
         self.assertEqual(self.places(self.render(OBJ, "?wdith=1", status=400)), ["?wdith"])
         reply = self.render(b"v 1 2 x\nf 1 2 3\n", "", {"Content-Type": "model/obj"}, 422)
         self.assertEqual(self.places(reply), ["body:1", "body:2"])
@@ -364,6 +368,20 @@ class RenderTest(unittest.TestCase):
             self.assertNotIn(self.jobs(daemon)[0]["state"], ENDED)
             self.hang_up(daemon, second)
             self.assertEqual([job["state"] for job in self.jobs(daemon)], ["canceled"])
+
+    def test_who_joined_while_a_job_was_made_ready_keeps_it(self):
+        """A file that takes a while to read, asked for twice, and the first client goes meanwhile."""
+        grid = b"".join(b"v %d %d 0\n" % (i % 500, i // 500) for i in range(250_000))
+        grid += b"".join(b"f %d %d %d\n" % (i + 1, i + 2, i + 501) for i in range(249_000))
+        with Daemon("--threads", "1", "--log-level", "debug") as daemon:
+            connections = []
+            for _ in range(2):
+                connections.append(daemon.connect())
+                connections[-1].request("POST", "/v1/render?width=8&samples=1", grid, {"Content-Type": "model/obj"})
+            connections[0].close()
+            self.assertEqual(Reply(connections[1].getresponse()).status, 200)
+            states = [job["state"] for job in self.jobs(daemon)]
+            self.assertEqual(states, ["completed"], daemon.log())
 
     def test_a_job_that_was_accepted_outlives_everybody(self):
         with Daemon("--threads", "1", "--log-level", "debug") as daemon:

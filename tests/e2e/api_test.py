@@ -3,15 +3,14 @@
 import hashlib
 import math
 import os
-import struct
 import subprocess
 import tempfile
 import unittest
-import zlib
 from concurrent.futures import ThreadPoolExecutor
 
 from daemon import SOURCE, Daemon
 from documents import SMALL_JOB, SPHERE, crowd, endless_job
+from pictures import decode_png
 
 STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE", "tiff": b"II*\x00"}
 MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "exr": "image/x-exr", "hdr": "image/vnd.radiance", "tiff": "image/tiff"}
@@ -24,19 +23,8 @@ def content_hash(data):
     return "sha256:" + hashlib.sha256(data).hexdigest()
 
 
-def png_pixels(data):
-    """Width, height and rows of an 8-bit PNG without filters undone: enough to look at its alpha where a row is plain."""
-    assert data.startswith(STARTS["png"])
-    at, packed = 8, b""
-    while at < len(data):
-        (size,) = struct.unpack(">I", data[at : at + 4])
-        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + size]
-        if kind == b"IHDR":
-            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
-        if kind == b"IDAT":
-            packed += body
-        at += size + 12
-    return width, height, depth, colour, zlib.decompress(packed)
+def shape(picture):
+    return picture.width, picture.height, picture.depth, picture.channels
 
 
 class ApiTest(unittest.TestCase):
@@ -226,15 +214,15 @@ class ApiTest(unittest.TestCase):
 
     def test_a_transparent_background(self):
         image = f"/v1/jobs/{self.render({**SMALL_JOB, 'settings': {'transparent': True}})}/image"
-        *header, rows = png_pixels(self.get(image).body)
-        self.assertEqual(header, [16, 16, 8, 6])  # 6: with alpha
-        self.assertEqual(rows[1:5], bytes(4), "the sphere doesn't reach the corner")
+        picture = decode_png(self.get(image).body)
+        self.assertEqual(shape(picture), (16, 16, 8, 4))  # with alpha
+        self.assertEqual(picture.at(0, 0), (0, 0, 0, 0), "the sphere doesn't reach the corner")
         self.assertIn(b"A\0", self.get(f"{image}?format=exr").body[:300])
         self.assertTrue(self.get(f"{image}?aov=alpha&format=exr").body)
         for opaque in (f"{image}?format=jpeg", f"{image}?format=hdr"):
             self.get(opaque)
-        *header, _ = png_pixels(self.get(f"/v1/jobs/{self.render(SMALL_JOB)}/image").body)
-        self.assertEqual(header, [16, 16, 8, 2])
+        picture = decode_png(self.get(f"/v1/jobs/{self.render(SMALL_JOB)}/image").body)
+        self.assertEqual(shape(picture), (16, 16, 8, 3))
 
     def test_an_environment_by_path_and_by_hash(self):
         with open(os.path.join(SOURCE, "tests/data/documents/files/sky.hdr"), "rb") as file:
@@ -269,9 +257,8 @@ class ApiTest(unittest.TestCase):
         for width, height in ((1_000_001, 1), (1, 1_000_001)):
             job = self.render({"scene": SPHERE, "image": {"width": width, "height": height},
                                "settings": {"tile_size": "whole"}})
-            *header, rows = png_pixels(self.get(f"/v1/jobs/{job}/image").body)
-            self.assertEqual(header, [width, height, 8, 2])
-            self.assertEqual(len(rows), (3 * width + 1) * height)
+            picture = decode_png(self.get(f"/v1/jobs/{job}/image").body)
+            self.assertEqual(shape(picture), (width, height, 8, 3))
 
     def test_an_unfinished_image_shows_what_is_there(self):
         job = self.daemon.submit(endless_job())
@@ -281,8 +268,7 @@ class ApiTest(unittest.TestCase):
         self.assertIn("partial=1", self.get(f"/v1/jobs/{job}/image", status=409).json()["detail"])
         reply = self.get(f"/v1/jobs/{job}/image?partial=1")
         self.assertEqual(reply.headers["Cache-Control"], "no-store")
-        width, height, depth, colour, _ = png_pixels(reply.body)
-        self.assertEqual((width, height, depth, colour), (16, 16000, 8, 6))  # 6: with alpha
+        self.assertEqual(shape(decode_png(reply.body)), (16, 16000, 8, 4))  # with alpha
         canceled = self.daemon.request("POST", f"/v1/jobs/{job}/cancel")
         self.assertEqual((canceled.status, canceled.json()["state"]), (202, "canceled"))
         self.get(f"/v1/jobs/{job}/image?partial=1")

@@ -17,6 +17,9 @@ class Picture:
         pixel = tuple(self.samples[first : first + self.channels])
         return pixel if self.channels > 1 else pixel[0]
 
+    def rows(self):
+        return [[self.at(x, y) for x in range(self.width)] for y in range(self.height)]
+
     def pixels(self):
         return zip(*(self.samples[channel :: self.channels] for channel in range(self.channels)))
 

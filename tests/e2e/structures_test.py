@@ -2,12 +2,11 @@
 
 import hashlib
 import itertools
-import struct
 import unittest
-import zlib
 
 from daemon import Daemon
 from documents import SMALL_JOB, SPHERE
+from pictures import decode_png
 
 OCTAHEDRON = {
     "type": "mesh",
@@ -47,17 +46,6 @@ USER_NORMALS = (
     [[1, 2, 3], [-1, 0.5, 0], [0, 0, 1e-3], [1e30, 1e30, 0], [5, 5, 5.001]],
     [[0, 1, 0]],  # encloses nothing from the sides
 )
-
-
-def first_pixel(png):
-    """The bytes of an 8-bit RGB PNG's first pixel, which no filter changes."""
-    at, packed = 8, b""
-    while at < len(png):
-        (size,) = struct.unpack(">I", png[at : at + 4])
-        if png[at + 4 : at + 8] == b"IDAT":
-            packed += png[at + 8 : at + 8 + size]
-        at += size + 12
-    return zlib.decompress(packed)[1:4]
 
 
 class StructuresTest(unittest.TestCase):
@@ -169,7 +157,7 @@ class StructuresTest(unittest.TestCase):
                 body = self.get(f"/v1/jobs/{job}/image?aov={aov}&format={name}").body
                 self.assertTrue(body.startswith(start), (aov, name))
         png = self.get(f"/v1/jobs/{job}/image?aov=cost_primitives&format=png").body
-        self.assertEqual(first_pixel(png), b"\0\0\0", "nothing is traced in the corner")
+        self.assertEqual(decode_png(png).at(0, 0), (0, 0, 0), "nothing is traced in the corner")
         everything = self.get(f"/v1/jobs/{job}/image?aov=all").body
         for channel in (b"R\0", b"cost.volumes\0", b"cost.primitives\0"):
             self.assertIn(channel, everything)

@@ -11,7 +11,7 @@
 
 #include "proto/import/import.h"
 #include "tests/support/import_checks.h"
-#include "tests/support/shared_data.h"
+#include "tests/support/shared_data_test.h"
 
 namespace tessera::proto {
 namespace {
@@ -39,15 +39,7 @@ std::size_t triangles_of(const Imported& imported) {
   return triangles;
 }
 
-class GltfFiles : public testing::Test {
- protected:
-  void SetUp() override {
-    const std::optional<fs::path> found = shared_data();
-    if (!found) GTEST_SKIP() << "the shared data is missing: set TESSERA_SHARED_DATA";
-    data_ = *found;
-  }
-  fs::path data_;
-};
+using GltfFiles = SharedDataTest;
 
 TEST_F(GltfFiles, ModelsHaveTheTrianglesThatTheyWereCountedToHave) {
   const std::map<std::string, std::string> refused{

@@ -18,6 +18,7 @@
 #include "proto/wire/material_textures.h"
 #include "tests/support/png_bytes.h"
 #include "tests/support/shared_data.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::proto {
 namespace {
@@ -27,20 +28,12 @@ namespace fs = std::filesystem;
 const std::string kTextured = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nmtllib m.mtl\nusemtl m\n";
 
 /// A folder with libraries and images: red.png, half.png (RGBA, alpha 128), and two.png, black beside white.
-class ObjTextures : public testing::Test {
+class ObjTextures : public FolderTest {
  protected:
   ObjTextures() {
-    std::string name = (fs::temp_directory_path() / "tessera-test-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
     write("red.png", png_bytes(3, {255, 0, 0}));
     write("half.png", png_bytes(4, {10, 20, 30, 128}));
     write("two.png", png_bytes(3, {0, 0, 0, 255, 255, 255}));
-  }
-  ~ObjTextures() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& bytes) const {
-    fs::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << bytes;
   }
 
   Imported read(const std::string& obj) {
@@ -67,7 +60,6 @@ class ObjTextures : public testing::Test {
     return told;
   }
 
-  fs::path folder_;
   Imported file_;  ///< Of the last `material`.
   std::vector<std::string> asked_;
 };

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <stop_token>
 #include <tuple>
@@ -16,6 +15,7 @@
 #include "proto/import/broken_file.h"
 #include "proto/import/polygon.h"
 #include "tests/support/png_bytes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::proto {
 namespace {
@@ -421,14 +421,13 @@ TEST(Ply, AlphaOfVertices) {
 }
 
 TEST(Ply, TheTextureThatACommentNames) {
-  std::string folder = (std::filesystem::temp_directory_path() / "tessera-test-XXXXXX").string();
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
-  std::ofstream(folder + "/a b.png", std::ios::binary) << png_bytes(3, {255, 0, 0});
-  std::ofstream(folder + "/bad.png", std::ios::binary) << "no image";
+  const TemporaryFolder folder;
+  folder.write("a b.png", png_bytes(3, {255, 0, 0}));
+  folder.write("bad.png", "no image");
   const auto read_with = [&](const std::string& properties, const std::string& comment) {
     const std::string rows = "0 0 0 0 0.25\n1 0 0 1 1\n1 1 0 nan 1\n";
     return import_ply(colored(properties, rows, comment), "a.ply", [&](std::string_view name) {
-      const std::filesystem::path path = std::filesystem::path(folder) / name;
+      const std::filesystem::path path = folder.path() / name;
       return std::filesystem::is_regular_file(path) ? std::optional(path) : std::nullopt;
     });
   };
@@ -465,8 +464,8 @@ TEST(Ply, TheTextureThatACommentNames) {
       "property int texnumber\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
       "3 0 1 2 6 0 0 1 0 1 1 0\n3 0 2 3 6 0 0 0.5 1 0 1 0\n3 0 1 9 6 0 0 1 0 1 1 0\n"
       "3 0 1 3 2 0 0 0\n";
-  const Imported file = import_ply(
-      square, "a.ply", [&](std::string_view name) { return std::optional(std::filesystem::path(folder) / name); });
+  const Imported file =
+      import_ply(square, "a.ply", [&](std::string_view name) { return std::optional(folder.path() / name); });
   EXPECT_EQ(mesh(file).triangles, (Triangles{{0, 1, 2}, {0, 4, 3}, {0, 5, 6}}));
   EXPECT_EQ(mesh(file).positions[4], (Vec3{1, 1, 0}));
   EXPECT_EQ(mesh(file).attributes->uvs[0],
@@ -475,7 +474,6 @@ TEST(Ply, TheTextureThatACommentNames) {
   EXPECT_EQ(file.warnings[0].detail, "Of the element \"face\" is ignored: texnumber");
   EXPECT_TRUE(file.warnings[1].detail.starts_with("A face that names a vertex that isn't there"));
   EXPECT_EQ(file.warnings[2].detail, "A face without texture coordinates for each corner has 0 0 there");
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tests/support/shared_data.h"
+#include "tests/support/shared_data_test.h"
 
 #include <filesystem>
 #include <fstream>
@@ -30,15 +30,7 @@ std::string first_error(const Problem& problem) {
   return problem.errors.empty() ? problem.detail : problem.errors[0].pointer + ": " + problem.errors[0].detail;
 }
 
-class SharedData : public testing::Test {
- protected:
-  void SetUp() override {
-    const std::optional<fs::path> found = shared_data();
-    if (!found) GTEST_SKIP() << "the shared data is missing: set TESSERA_SHARED_DATA";
-    data_ = *found;
-  }
-  fs::path data_;
-};
+using SharedData = SharedDataTest;
 
 TEST_F(SharedData, EveryFileIsImportedOrRefusedWithAPlace) {
   int imported = 0, refused = 0;

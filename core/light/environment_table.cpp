@@ -8,6 +8,7 @@
 
 #include "core/math/portable.h"
 #include "core/math/portable_float.h"
+#include "core/scene/studio.h"
 
 namespace tessera {
 namespace {
@@ -133,6 +134,17 @@ EnvironmentTable::Value EnvironmentTable::look_up(Vec3 direction) const {
   const double y_by_area = std::clamp((top - d.y) / height_of_row, 0.0, 1.0);
   const double pdf = whole > 0 ? share / solid_angle * (c.at(x, y_by_area) / whole) : 0;
   return {radiance, pdf};
+}
+
+std::size_t EnvironmentTable::bytes() const {
+  if (map_ == studio_environment()) return 0;
+  return cosines_.size() * sizeof(double) + (rows_.size() + columns_.size()) * sizeof(std::uint32_t);
+}
+
+std::shared_ptr<const EnvironmentTable> environment_table(const std::shared_ptr<const EnvironmentMap>& map) {
+  if (map != studio_environment()) return std::make_shared<const EnvironmentTable>(map);
+  static const auto studio = std::make_shared<const EnvironmentTable>(map);
+  return studio;
 }
 
 }  // namespace tessera

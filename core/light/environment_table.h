@@ -23,10 +23,8 @@ class EnvironmentTable {
   /// Precondition: the map has texels.
   explicit EnvironmentTable(std::shared_ptr<const EnvironmentMap> map);
 
-  /// Of the heap that it takes, the map left out.
-  std::size_t bytes() const {
-    return cosines_.size() * sizeof(double) + (rows_.size() + columns_.size()) * sizeof(std::uint32_t);
-  }
+  /// Of the heap that it takes, the map left out; nothing of the studio's, which all scenes share.
+  std::size_t bytes() const;
 
   /// Of all directions, and channels, W/(sr m²).
   double mean_radiance() const { return mean_radiance_; }
@@ -53,5 +51,8 @@ class EnvironmentTable {
   std::vector<std::uint32_t> columns_;  ///< For each row, where each cell's share begins.
   double mean_radiance_ = 0;
 };
+
+/// The table of a map: the studio's is made once.
+std::shared_ptr<const EnvironmentTable> environment_table(const std::shared_ptr<const EnvironmentMap>& map);
 
 }  // namespace tessera

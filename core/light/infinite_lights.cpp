@@ -88,7 +88,7 @@ void InfiniteLights::add(const SunLight& light) {
 
 void InfiniteLights::add(const EnvironmentLight& light) {
   environment_radiance_ = light.radiance;
-  if (light.map) map_.emplace(light.map);
+  if (light.map) map_ = environment_table(light.map);
   map_to_world_ = light.to_world;
   const double irradiance = kPi * mean(light.radiance) * (map_ ? map_->mean_radiance() : 1);
   has_environment_ = irradiance > 0;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -84,7 +85,7 @@ class InfiniteLights {
   std::vector<Sun> suns_;
   bool has_environment_ = false;
   Rgb environment_radiance_;  ///< Scales the map, where there is one.
-  std::optional<EnvironmentTable> map_;
+  std::shared_ptr<const EnvironmentTable> map_;
   std::array<float, 9> map_to_world_{};
   Sum environment_sum_;
 };

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/math/float_environment.h"
+#include "core/scene/studio.h"
 
 namespace tessera {
 
@@ -99,7 +100,8 @@ std::size_t memory_bytes(const Scene& scene) {
                       scene.objects.size() * sizeof(Object) + scene.materials.size() * sizeof(Material) +
                       scene.textures.size() * sizeof(Texture) + scene.lights.size() * sizeof(Light);
   for (const Light& light : scene.lights)
-    if (const auto* environment = std::get_if<EnvironmentLight>(&light); environment && environment->map)
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light);
+        environment && environment->map && environment->map != studio_environment())
       bytes += environment->map->texels.size() * sizeof(Rgb);
   for (const Shape& shape : scene.shapes)
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape))

@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 
+#include "core/scene/studio.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/core/light/light_checks.h"
 
@@ -177,6 +178,18 @@ TEST(EnvironmentTable, Stress67_TurningMapAndNormalChangesNothing) {
     EXPECT_NEAR(LightTable(straight).escaped(LightTable(straight).viewpoint({}, {}), way).radiance.g,
                 LightTable(askew).escaped(LightTable(askew).viewpoint({}, {}), rotate(way)).radiance.g, 1e-3);
   }
+}
+
+TEST(EnvironmentTable, TheStudiosIsOneForAllScenes) {
+  const auto studio = environment_table(studio_environment());
+  EXPECT_EQ(studio, environment_table(studio_environment()));
+  EXPECT_EQ(studio->bytes(), 0U);
+  const auto map = std::make_shared<const EnvironmentMap>(black(8, 4));
+  EXPECT_NE(environment_table(map), environment_table(map));
+  EXPECT_GE(environment_table(map)->bytes(), 8 * 4 * sizeof(std::uint32_t));
+  EnvironmentLight light;
+  light.map = studio_environment();
+  EXPECT_LT(memory_bytes(*SceneBuilder().light(light).build()), studio_environment()->texels.size());
 }
 
 TEST(EnvironmentTable, ABlackMapIsNoLight) {

@@ -23,12 +23,12 @@
 #include "server/config.h"
 #include "server/http/chunked_body.h"
 #include "server/http/request_head.h"
+#include "server/http/response_head.h"
 #include "server/http/router.h"
+#include "server/http/waiting.h"
 #include "server/jobs/job_table.h"
 #include "server/memory_reserve.h"
-#include "server/response_head.h"
 #include "server/store/blob_store.h"
-#include "server/waiting.h"
 
 namespace tessera::server {
 using proto::Problem;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "server/event_loop.h"
-#include "server/job_table.h"
-#include "server/lane.h"
-#include "server/response.h"
-#include "server/task.h"
+#include "server/http/event_loop.h"
+#include "server/http/lane.h"
+#include "server/http/response.h"
+#include "server/http/task.h"
+#include "server/jobs/job_table.h"
 
 namespace tessera::server {
 

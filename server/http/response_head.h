@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "server/response.h"
+#include "server/http/response.h"
 
 namespace tessera::server {
 

@@ -1,4 +1,4 @@
-#include "server/waiting.h"
+#include "server/http/waiting.h"
 
 #include <algorithm>
 #include <chrono>

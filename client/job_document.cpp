@@ -207,10 +207,10 @@ json job_document(const std::string& scene, const JobOptions& options) {
   json job;
   if (const std::string format = model_format(scene); !format.empty()) {
     job = model_job(scene, format, options);
-  } else if (!of_models.empty()) {
-    throw Failure(Failure::Kind::usage, of_models.front() + " is for files of models; a document says it itself");
   } else {
     json document = document_of(scene);
+    if (!of_models.empty())
+      throw Failure(Failure::Kind::usage, of_models.front() + " is for files of models; a document says it itself");
     job = document.contains("scene") ? std::move(document) : json{{"scene", std::move(document)}};
   }
 

@@ -157,6 +157,17 @@ TEST_F(JobDocument, RefusesOptionsForModelsThatADocumentHasNoPlaceFor) {
   }
 }
 
+TEST_F(JobDocument, OfAFileThatIsNotThereSaysThat) {
+  JobOptions options;
+  options.angles.fov = 20;
+  try {
+    job_document("nowhere.gltf", options);
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.kind(), Failure::Kind::local_file) << failure.what();
+  }
+}
+
 TEST_F(JobDocument, RefusesWhatIsNoDocument) {
   EXPECT_NE(refusal_of("{\"objects\": [}").find("column 14"), std::string::npos) << refusal_of("{\"objects\": [}");
   EXPECT_NE(refusal_of("[]").find("objects"), std::string::npos);

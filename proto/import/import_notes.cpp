@@ -1,7 +1,5 @@
 #include "proto/import/import_notes.h"
 
-#include <algorithm>
-
 #include "proto/import/broken_file.h"
 
 namespace tessera::proto {
@@ -11,20 +9,25 @@ ImportNotes::ImportNotes(std::string_view file_name)
 
 void ImportNotes::add(std::string_view what, std::size_t place, std::uint64_t times) {
   if (times == 0) return;
-  const auto known = std::find_if(notes_.begin(), notes_.end(), [&](const Note& n) { return n.what == what; });
-  if (known == notes_.end()) {
+  if (const auto known = positions_.find(what); known != positions_.end()) {
+    notes_[known->second].times += times;
+  } else if (notes_.size() < kMostKinds) {
+    positions_.emplace(what, notes_.size());
     notes_.push_back({std::string(what), place, times});
   } else {
-    known->times += times;
+    if (others_.times == 0) others_.first_place = place;
+    others_.times += times;
   }
 }
 
 std::vector<SceneWarning> ImportNotes::warnings() const {
   std::vector<SceneWarning> warnings;
-  for (const Note& note : notes_) {
+  const auto tell = [&](const Note& note) {
     const std::string count = note.times == 1 ? "" : " (" + std::to_string(note.times) + " times)";
     warnings.push_back({name_of_(note.first_place), note.what + count});
-  }
+  };
+  for (const Note& note : notes_) tell(note);
+  if (others_.times > 0) tell(others_);
   return warnings;
 }
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,9 +13,12 @@
 
 namespace tessera::proto {
 
-/// Gathers what an import loses or ignores: one warning per kind, with the number of times and the first place.
+/// Gathers what an import loses or ignores: one warning per kind, with the number of times and the first place. Of
+/// kinds beyond `kMostKinds`, as files can name things without end, only their number is told.
 class ImportNotes {
  public:
+  static constexpr std::size_t kMostKinds = 100;
+
   /// Places are lines of a file.
   explicit ImportNotes(std::string_view file_name);
 
@@ -35,6 +39,8 @@ class ImportNotes {
   };
   std::function<std::string(std::size_t)> name_of_;
   std::vector<Note> notes_;
+  std::map<std::string, std::size_t, std::less<>> positions_;  ///< In `notes_`, by what they say.
+  Note others_{"Other things are ignored or lost, too", 0, 0};
 };
 
 }  // namespace tessera::proto

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <ranges>
 #include <string>
 #include <type_traits>
 
@@ -264,11 +265,26 @@ std::optional<Accessors::Source> Accessors::source(const Accessor& a) {
   return source;
 }
 
+/// Whether the indices of replaced elements ascend and name some.
+bool Accessors::check_sparse(Accessor& a, const char* indices) {
+  Accessor::Sparse& sparse = *a.sparse;
+  std::uint64_t least = 0;
+  for (std::uint64_t i = 0; i < sparse.count && !sparse.is_checked; ++i) {
+    file_.steps().take();
+    const std::uint32_t at = index_at(indices, sparse.index_type, i);
+    if (at < least || at >= a.count)
+      return sparse.where.error("Index " + std::to_string(i) + " is " + std::to_string(at) +
+                                "; the indices must ascend and stay below " + std::to_string(a.count) + ".");
+    least = std::uint64_t{at} + 1;
+  }
+  return sparse.is_checked = true;
+}
+
 bool Accessors::read_floats(std::uint32_t index, std::span<const std::uint32_t> which, std::size_t floats,
                             std::byte* out) {
-  const Accessor& a = accessors_[index];
+  Accessor& a = accessors_[index];
   const auto from = source(a);
-  if (!from) return false;
+  if (!from || (a.sparse && !check_sparse(a, from->sparse_indices))) return false;
   const std::size_t element = floats * sizeof(float);
   const std::size_t count = which.empty() ? a.count : which.size();
   constexpr std::size_t kChunk = 1 << 16;
@@ -291,32 +307,30 @@ bool Accessors::read_floats(std::uint32_t index, std::span<const std::uint32_t> 
       }
     }
     if (!a.sparse) return;
-    std::uint32_t least = 0;
-    for (std::uint64_t i = 0; i < a.sparse->count; ++i) {
+    const auto replace = [&](std::uint64_t i, std::size_t slot) {
       file_.steps().take();
-      const std::uint32_t at = index_at(from->sparse_indices, a.sparse->index_type, i);
-      if (at < least || at >= a.count) {
-        a.sparse->where.error("Index " + std::to_string(i) + " is " + std::to_string(at) +
-                              "; the indices must ascend and stay below " + std::to_string(a.count) + ".");
-        return;
-      }
-      least = at + 1;
-      std::size_t slot = at;
-      if (!which.empty()) {
-        const auto found = std::ranges::lower_bound(which, at);
-        if (found == which.end() || *found != at) continue;
-        slot = static_cast<std::size_t>(found - which.begin());
-      }
       convert<T, is_normalized>(from->sparse_values + i * a.element_size(), floats, out + slot * element);
+    };
+    const auto index_of = [&](std::uint64_t i) { return index_at(from->sparse_indices, a.sparse->index_type, i); };
+    if (which.empty()) {
+      for (std::uint64_t i = 0; i < a.sparse->count; ++i) replace(i, index_of(i));
+      return;
+    }
+    // Many primitives may each use a few of many values.
+    const auto all = std::views::iota(std::uint64_t{0}, a.sparse->count);
+    for (std::size_t slot = 0; slot < which.size(); ++slot) {
+      const auto found = std::ranges::lower_bound(all, which[slot], {}, index_of);
+      if (found != all.end() && index_of(*found) == which[slot]) replace(*found, slot);
     }
   });
   return true;
 }
 
 bool Accessors::read_indices(std::uint32_t index, std::span<std::uint32_t> out) {
-  const Accessor& a = accessors_[index];
+  Accessor& a = accessors_[index];
   const auto from = source(a);
   if (!from) return false;
+  if (a.sparse && !check_sparse(a, from->sparse_indices)) return false;
   const std::size_t count = std::min<std::size_t>(a.count, out.size());
   if (from->base == nullptr) {
     std::ranges::fill(out, 0);
@@ -331,7 +345,6 @@ bool Accessors::read_indices(std::uint32_t index, std::span<std::uint32_t> out) 
   if (!a.sparse) return true;
   for (std::uint64_t i = 0; i < a.sparse->count; ++i) {
     const std::uint32_t at = index_at(from->sparse_indices, a.sparse->index_type, i);
-    if (at >= a.count) return a.sparse->where.error("Index " + std::to_string(i) + " is out of range.");
     if (at < count) out[at] = index_at(from->sparse_values, a.type, i);
   }
   return true;

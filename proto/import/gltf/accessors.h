@@ -36,6 +36,7 @@ struct Accessor {
     std::uint32_t indices = 0, values = 0;  ///< Views.
     std::uint64_t indices_offset = 0, values_offset = 0;
     JsonCursor where;
+    bool is_checked = false;  ///< The indices ascend and name elements.
   };
   std::optional<Sparse> sparse = std::nullopt;
 
@@ -79,6 +80,7 @@ class Accessors {
   void read_place(const GltfObject& object, Accessor& accessor);
   void read_sparse(const GltfObject& object, Accessor& accessor);
   std::optional<Source> source(const Accessor& accessor);
+  bool check_sparse(Accessor& accessor, const char* indices);
   bool read_floats(std::uint32_t index, std::span<const std::uint32_t> which, std::size_t floats, std::byte* out);
 
   GltfFile& file_;

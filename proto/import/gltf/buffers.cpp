@@ -35,7 +35,7 @@ void GltfBuffers::read_buffer(const GltfObject& object, const GltfParts& parts) 
   const auto length = object.required("byteLength"), uri = object.find("uri");
   if (!read(length, buffer.length, 1, kLargest)) return;
   if (uri) {
-    if (auto bytes = read_uri(*uri)) buffer.bytes = owned_.emplace_back(*std::move(bytes));
+    if (auto bytes = read_uri(*uri)) buffer.bytes = *owned_.emplace_back(std::move(bytes));
   } else if (is_in_glb) {
     buffer.bytes = parts.binary;
     if (!parts.binary) object.value().error("The GLB has no binary chunk for this buffer.");
@@ -46,27 +46,28 @@ void GltfBuffers::read_buffer(const GltfObject& object, const GltfParts& parts) 
   }
 }
 
-std::optional<std::string> GltfBuffers::read_uri(const JsonCursor& uri) {
+std::shared_ptr<const std::string> GltfBuffers::read_uri(const JsonCursor& uri) {
   if (uri.kind() != JsonKind::string) {
     uri.expected("a URI");
-    return std::nullopt;
+    return nullptr;
   }
   if (is_data_uri(uri.string())) {
     auto read = read_data_uri(uri.string());
     if (const auto* why = std::get_if<std::string>(&read)) {
       uri.error("This data: URI can't be read: " + *why + ".");
-      return std::nullopt;
+      return nullptr;
     }
     auto& data = std::get<DataUri>(read);
     if (data.media_type != "application/octet-stream" && data.media_type != "application/gltf-buffer") {
       uri.error("A buffer's data: URI has the media type application/octet-stream or application/gltf-buffer, not " +
                 in_quotes(data.media_type) + ".");
-      return std::nullopt;
+      return nullptr;
     }
-    return std::move(data.bytes);
+    return std::make_shared<const std::string>(std::move(data.bytes));
   }
   std::string why;
-  auto bytes = file_.companion(uri.string(), why);
+  const auto companion = file_.find_companion(uri.string(), why);
+  auto bytes = companion ? file_.read_companion(*companion, why) : nullptr;
   if (!bytes) uri.error(why + '.');
   return bytes;
 }

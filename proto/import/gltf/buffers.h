@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -54,14 +54,14 @@ class GltfBuffers {
   };
 
   void read_buffer(const GltfObject& buffer, const GltfParts& parts);
-  std::optional<std::string> read_uri(const JsonCursor& uri);
+  std::shared_ptr<const std::string> read_uri(const JsonCursor& uri);
   void read_view(const GltfObject& object);
   void read_stride(const GltfObject& object, BufferView& view);
   bool read_range(const GltfObject& object, std::uint32_t& buffer, std::uint64_t& offset, std::uint64_t& length);
 
   GltfFile& file_;
   std::vector<Buffer> buffers_;
-  std::deque<std::string> owned_;  ///< Of buffers that aren't the GLB's; their places don't move.
+  std::vector<std::shared_ptr<const std::string>> owned_;  ///< Of buffers that aren't the GLB's.
   std::vector<BufferView> views_;
 };
 

@@ -38,7 +38,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> read_version(const std::o
   return version;
 }
 
-/// The strings of an array, without those that stand there twice, which is an error.
+/// The strings of an array, sorted, without those that stand there twice, which is an error.
 std::vector<JsonCursor> names_in(const GltfObject& root, std::string_view member) {
   std::vector<JsonCursor> names = root.array(member);
   std::erase_if(names, [](const JsonCursor& name) {
@@ -69,7 +69,7 @@ void check_asset(GltfFile& file) {
   for (const JsonCursor& name : names_in(root, "extensionsRequired")) {
     if (!std::ranges::binary_search(kKnown, name.string())) {
       name.error("The file requires the extension " + in_quotes(name.string()) + ", which isn't known here.");
-    } else if (std::ranges::find(used, name.string(), &JsonCursor::string) == used.end()) {
+    } else if (!std::ranges::binary_search(used, name.string(), {}, &JsonCursor::string)) {
       name.error("A required extension is named in \"extensionsUsed\", too.");
     }
   }

@@ -48,29 +48,30 @@ void GltfFile::refuse_if_broken() {
   throw BrokenFile{std::move(faults)};
 }
 
-std::optional<std::string> GltfFile::companion(std::string_view uri, std::string& why) {
-  const CompanionName companion = read_relative_uri(uri);
+std::optional<GltfFile::Companion> GltfFile::find_companion(std::string_view uri, std::string& why) {
+  CompanionName companion = read_relative_uri(uri);
   if (!companion.refusal.empty()) {
     why = "The URI " + in_quotes(uri) + " may not be used: " + companion.refusal;
     return std::nullopt;
   }
-  const auto path = companions_ ? companions_(companion.name) : std::nullopt;
-  if (!path) {
-    why = "The file " + in_quotes(companion.name) + " is missing";
-    return std::nullopt;
-  }
+  auto path = companions_ ? companions_(companion.name) : std::nullopt;
+  if (path) return Companion{std::move(companion.name), *std::move(path)};
+  why = "The file " + in_quotes(companion.name) + " is missing";
+  return std::nullopt;
+}
+
+std::shared_ptr<const std::string> GltfFile::read_companion(const Companion& companion, std::string& why) {
+  const auto [known, is_new] = companions_read_.try_emplace(companion.path);
+  if (auto bytes = known->second.lock()) return bytes;
   try {
-    std::string bytes = read_file(*path, companion.name, kLargestCompanion, stop_);
-    if (companions_read_.insert(companion.name).second) budget_ += kMostPerByte * bytes.size();
-    if (bytes.size() > budget_) {
-      why = "The file " + in_quotes(companion.name) + " is asked for too often";
-      return std::nullopt;
-    }
-    budget_ -= bytes.size();
+    auto bytes =
+        std::make_shared<const std::string>(read_file(companion.path, companion.name, kLargestCompanion, stop_));
+    if (is_new) budget_ += kMostPerByte * bytes->size();
+    known->second = bytes;
     return bytes;
   } catch (const BrokenFile& broken) {
     why = "The file " + in_quotes(companion.name) + " can't be read: " + broken.errors.front().detail;
-    return std::nullopt;
+    return nullptr;
   }
 }
 

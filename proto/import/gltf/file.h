@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
-#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -38,13 +40,24 @@ class GltfFile {
 
   /// Says what is wrong with one of the `ImportOptions`, which is no fault of the file's.
   void refuse_option(std::string name, std::string why) { errors_.add(std::move(name), std::move(why)); }
+  /// How messages name the place of a JSON pointer. Pointers into the document are empty or begin with a slash; others
+  /// are names of options.
+  std::string place(const std::string& pointer) const {
+    return pointer.empty() || pointer.starts_with('/') ? name_ + pointer : pointer;
+  }
 
   /// Throws `BrokenFile` where there were errors.
   void refuse_if_broken();
 
-  /// The whole file that a relative URI names; nothing, with the reason in `why`, when there is none, or when it has
-  /// been asked for so often that its copies take more memory than there may be.
-  std::optional<std::string> companion(std::string_view uri, std::string& why);
+  /// The file that a relative URI names; nothing, with the reason in `why`, when there is none.
+  struct Companion {
+    std::string name;
+    std::filesystem::path path;
+  };
+  std::optional<Companion> find_companion(std::string_view uri, std::string& why);
+
+  /// All of it, shared with those who still have it; null, with the reason in `why`, when it can't be read.
+  std::shared_ptr<const std::string> read_companion(const Companion& companion, std::string& why);
 
   /// Counts memory that is about to be taken. An error there, and false, beyond a multiple of the files' bytes: then a
   /// few numbers stand for far more than any file of that size holds.
@@ -52,10 +65,6 @@ class GltfFile {
 
  private:
   static JsonDocument parsed(std::string_view json, std::string_view name, FieldErrors& errors);
-  /// Pointers into the document are empty or begin with a slash; others are names of options.
-  std::string place(const std::string& pointer) const {
-    return pointer.empty() || pointer.starts_with('/') ? name_ + pointer : pointer;
-  }
 
   std::string name_;
   const CompanionSource& companions_;
@@ -64,7 +73,7 @@ class GltfFile {
   JsonDocument document_;
   ImportNotes notes_;
   std::uint64_t budget_;
-  std::set<std::string, std::less<>> companions_read_;  ///< Those that the budget has grown by.
+  std::map<std::filesystem::path, std::weak_ptr<const std::string>> companions_read_;  ///< The budget grew by each.
 };
 
 }  // namespace tessera::proto

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -73,15 +74,19 @@ void mend_attributes(GltfTriangles& triangles, GltfFile& file, const JsonCursor&
   file.note(where, "A channel of a vertex colour below 0 or above 1 counts as that", colors);
 }
 
+/// Of a skin, which all primitives of its mesh share.
+using Joints = std::shared_ptr<const std::vector<Rows>>;
+
 class Assembly {
  public:
   Assembly(GltfFile& file, GltfBuffers& buffers, Accessors& accessors, GltfMaterials& materials)
       : file_(file), buffers_(buffers), accessors_(accessors), materials_(materials) {}
 
-  /// `joints` are those of a skin, in place of `to_world`; empty without.
-  void show(const GltfMesh& mesh, const Rows& to_world, const std::vector<Rows>& joints = {}) {
+  /// `joints` are those of a skin, in place of `to_world`; null without.
+  void show(const GltfMesh& mesh, const Rows& to_world, const Joints& joints = nullptr) {
     for (const Primitive& primitive : mesh.primitives) {
       file_.steps().take();
+      if (!file_.take(sizeof(ImportedPlacement), primitive.where)) return;
       if (!primitive.is_surface()) {
         file_.note(primitive.where,
                    primitive.position ? "Points and lines aren't shown" : "A primitive without positions isn't shown");
@@ -91,14 +96,13 @@ class Assembly {
         file_.note(primitive.where, "A primitive isn't shown: its buffer comes without data");
         continue;
       }
-      if (!file_.take(sizeof(ImportedPlacement), primitive.where)) return;
-      if (!joints.empty() && primitive.joints && primitive.weights) {
+      if (joints && primitive.joints && primitive.weights) {
         parts_.push_back(
             {&primitive, joints, {{to_world, materials_.use(primitive.material, primitive.color.has_value())}}});
         continue;
       }
       const auto [known, is_new] = known_.try_emplace(key(primitive), parts_.size());
-      if (is_new) parts_.push_back({&primitive, {}, {}});
+      if (is_new) parts_.push_back({&primitive, nullptr, {}});
       parts_[known->second].places.push_back(
           {to_world, materials_.use(primitive.material, primitive.color.has_value())});
     }
@@ -120,7 +124,7 @@ class Assembly {
   };
   struct Part {
     const Primitive* primitive;
-    std::vector<Rows> joints;
+    Joints joints;
     std::vector<Place> places;
   };
 
@@ -146,13 +150,13 @@ class Assembly {
     auto triangles = read_triangles(*part.primitive, accessors_, buffers_, file_);
     if (!triangles) return;
     const bool is_baked = part.places.size() == 1;
-    if (!part.joints.empty()) {
+    if (part.joints) {
       const std::size_t vertices = triangles->mesh.positions.size();
       if (triangles->joints.size() != vertices || triangles->weights.size() != vertices) {
         where.error("The primitive is compressed without the joints and weights of its skin.");
         return;
       }
-      if (!bake_skin(*triangles, part.joints, file_.steps())) {
+      if (!bake_skin(*triangles, *part.joints, file_.steps())) {
         where.error("A vertex names a joint that its skin doesn't have.");
         return;
       }
@@ -257,7 +261,9 @@ Imported import_gltf(std::string_view bytes, std::string_view file_name, const C
     if (mesh.targets > 0) file.note(node.where, "A mesh with morph targets is shown without them");
     if (node.skin) {
       file.note(node.where, "A mesh with a skin is shown as its joints stand before any animation");
-      assembly.show(mesh, to_world, joint_maps(skins[*node.skin], nodes, accessors, file, node.where));
+      auto joints = joint_maps(skins[*node.skin], nodes, accessors, file, node.where);
+      assembly.show(mesh, to_world,
+                    joints.empty() ? nullptr : std::make_shared<const std::vector<Rows>>(std::move(joints)));
     } else if (node.instances.empty()) {
       assembly.show(mesh, to_world);
     }

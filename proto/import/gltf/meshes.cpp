@@ -27,6 +27,9 @@ std::optional<Semantic> semantic_of(std::string_view name) {
   return known == std::ranges::end(kSets) ? std::nullopt : std::optional<Semantic>({*known, set});
 }
 
+constexpr std::string_view kReadAttributes[] = {"POSITION",   "NORMAL",  "TANGENT",  "TEXCOORD_0",
+                                                "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0"};
+
 bool is_float(const Accessor& a) { return a.type == ComponentType::float32; }
 
 bool is_fraction(const Accessor& a) {
@@ -196,8 +199,11 @@ class MeshReader {
 
   /// The number of morph targets.
   std::size_t check_targets(const GltfObject& primitive) {
-    const auto attributes = primitive.object("attributes");
     const auto targets = primitive.array("targets");
+    if (targets.empty()) return 0;
+    std::map<std::string_view, JsonCursor> attributes;
+    if (const auto own = primitive.object("attributes"))
+      own->value().each_member([&](std::string_view name, JsonCursor value) { attributes.emplace(name, value); });
     for (const JsonCursor& target : targets) {
       if (target.kind() != JsonKind::object || target.size() == 0) {
         target.expected("an object of at least one attribute");
@@ -208,19 +214,21 @@ class MeshReader {
     return targets.size();
   }
 
-  void check_target(const std::optional<GltfObject>& attributes, std::string_view name, const JsonCursor& value) {
+  void check_target(const std::map<std::string_view, JsonCursor>& attributes, std::string_view name,
+                    const JsonCursor& value) {
     if (!semantic_of(name)) {
       value.error("glTF has no attribute of that name; an application's own begin with \"_\".");
       return;
     }
     const auto accessor = read_reference(value, accessors_.size(), "accessor");
-    const auto base = attributes ? attributes->find(name) : std::nullopt;
-    if (!base) {
+    const auto own = attributes.find(name);
+    if (own == attributes.end()) {
       value.error("The primitive itself has no such attribute.");
       return;
     }
-    const auto base_accessor = base->is_number() && base->number() >= 0 && base->number() < double(accessors_.size())
-                                   ? std::optional(static_cast<std::uint32_t>(base->number()))
+    const JsonCursor& base = own->second;
+    const auto base_accessor = base.is_number() && base.number() >= 0 && base.number() < double(accessors_.size())
+                                   ? std::optional(static_cast<std::uint32_t>(base.number()))
                                    : std::nullopt;
     if (!accessor || !base_accessor) return;
     const Accessor& a = accessors_[*accessor];
@@ -241,7 +249,8 @@ class MeshReader {
     draco.view = *view;
     attributes->value().each_member([&](std::string_view name, JsonCursor value) {
       std::uint32_t id = 0;
-      if (read(value, id, 0, UINT32_MAX)) draco.ids.emplace(name, id);
+      if (read(value, id, 0, UINT32_MAX) && std::ranges::find(kReadAttributes, name) != std::end(kReadAttributes))
+        draco.ids.emplace(name, id);
     });
     buffers_.use(*view, ViewUse::other, extension->value());
     return draco;

@@ -15,7 +15,7 @@ namespace tessera::proto {
 /// How a primitive's indices make points, lines and triangles.
 enum class Topology : std::uint32_t { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
 
-/// KHR_draco_mesh_compression: the attributes' ids in the compressed mesh, by name.
+/// KHR_draco_mesh_compression: the ids in the compressed mesh, by name, of those attributes that are read.
 struct DracoPrimitive {
   JsonCursor where;
   std::uint32_t view = 0;

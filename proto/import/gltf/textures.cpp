@@ -17,17 +17,12 @@ namespace {
 
 constexpr std::uint32_t kNearest = 9728, kLinear = 9729, kRepeat = 10497, kClamp = 33071, kMirror = 33648;
 
-std::vector<std::byte> copy_of(std::string_view bytes) {
-  const auto whole = std::as_bytes(std::span(bytes));
-  return {whole.begin(), whole.end()};
-}
-
-/// Whether an image of that media type is a file of another kind.
+/// Whether an image of that media type, empty where none is given, is a file of another kind.
 bool lies(std::string_view media_type, FileKind kind) {
   if (media_type == "image/png") return kind != FileKind::png;
   if (media_type == "image/jpeg") return kind != FileKind::jpeg;
   if (media_type == "image/webp") return kind != FileKind::webp;
-  return false;
+  return !media_type.empty();
 }
 
 }  // namespace
@@ -60,7 +55,7 @@ GltfTextures::Sampler GltfTextures::read_sampler(const GltfObject& object) {
 }
 
 GltfTextures::Image GltfTextures::read_image(const GltfObject& object) {
-  Image image{object.value(), object.find("uri"), {}, {}, false, {}};
+  Image image{.where = object.value(), .uri = object.find("uri")};
   const auto view = object.find("bufferView"), type = object.find("mimeType");
   image.view = read_reference(view, buffers_.views(), "buffer view");
   if (image.view && !buffers_.use(*image.view, ViewUse::other, *view)) image.view.reset();
@@ -133,56 +128,61 @@ std::optional<std::uint32_t> GltfTextures::use(const TextureInfo& info, bool is_
     return std::nullopt;
   }
   out_.push_back({image, source.sampler.wrap_u, source.sampler.wrap_v, source.sampler.is_nearest, is_srgb, info.uv_set,
-                  info.transform});
+                  info.transform, file_.place("/images/" + std::to_string(*source.image))});
   return known->second;
 }
 
 std::shared_ptr<const TextureImage> GltfTextures::open(Image& image) {
   if (image.is_opened) return image.opened;
   image.is_opened = true;
-  std::string why;
-  auto bytes = bytes_of(image, why);
-  if (bytes) {
-    const std::string_view head(reinterpret_cast<const char*>(bytes->data()), std::min(bytes->size(), kFileHead));
-    const FileKind kind = file_kind(head, bytes->size());
-    if (kind != FileKind::png && kind != FileKind::jpeg && kind != FileKind::webp) {
-      why = "It is " + std::string(description(kind)) + ", and glTF knows PNG, JPEG and WebP";
-      bytes.reset();
-    } else if (lies(image.media_type, kind)) {
-      file_.note(image.where, "An image that is told to be " + in_quotes(image.media_type) + " is " +
-                                  std::string(description(kind)));
-    }
-    if (bytes) {
-      auto opened = open_texture(std::make_shared<const std::vector<std::byte>>(*std::move(bytes)), most_bytes_);
-      if (const auto* texture = std::get_if<std::shared_ptr<const TextureImage>>(&opened)) image.opened = *texture;
-      if (const auto* problem = std::get_if<std::string>(&opened)) why = *problem;
-    }
+  Content content = content_of(image);
+  if (!content.image) {
+    while (content.problem.ends_with('.')) content.problem.pop_back();
+    file_.note(image.where, "An image can't be used, and its textures are left out: " + content.problem);
+  } else if (lies(image.media_type, content.kind)) {
+    file_.note(image.where, "An image that is told to be " + in_quotes(image.media_type) + " is " +
+                                std::string(description(content.kind)));
   }
-  if (!image.opened) {
-    while (why.ends_with('.')) why.pop_back();
-    file_.note(image.where, "An image can't be used, and its textures are left out: " + why);
-  }
-  return image.opened;
+  return image.opened = content.image;
 }
 
-std::optional<std::vector<std::byte>> GltfTextures::bytes_of(const Image& image, std::string& why) {
+GltfTextures::Content GltfTextures::content_of(const Image& image) {
   if (image.view) {
     const auto bytes = buffers_.bytes(*image.view, image.where);
-    return bytes ? std::optional(copy_of(*bytes)) : std::nullopt;
+    if (!bytes) return {};  // which is an error
+    const auto [known, is_new] = in_buffers_.try_emplace({bytes->data(), bytes->size()});
+    if (is_new && file_.take(bytes->size(), image.where)) known->second = read_content(*bytes);
+    return known->second;
   }
-  if (!image.uri) {
-    why = "It has neither a URI nor a buffer view";
-    return std::nullopt;
-  }
-  std::optional<std::string> bytes;
+  if (!image.uri) return unusable("It has neither a URI nor a buffer view");
   if (is_data_uri(image.uri->string())) {
-    auto data = read_data_uri(image.uri->string());
-    if (auto* read = std::get_if<DataUri>(&data)) bytes = std::move(read->bytes);
-    if (const auto* fault = std::get_if<std::string>(&data)) why = "Its data: URI can't be read: " + *fault;
-  } else {
-    bytes = file_.companion(image.uri->string(), why);
+    const auto data = read_data_uri(image.uri->string());
+    if (const auto* fault = std::get_if<std::string>(&data)) return unusable("Its data: URI can't be read: " + *fault);
+    return read_content(std::get<DataUri>(data).bytes);
   }
-  return bytes ? std::optional(copy_of(*bytes)) : std::nullopt;
+  std::string why;
+  const auto companion = file_.find_companion(image.uri->string(), why);
+  if (!companion) return unusable(std::move(why));
+  const auto [known, is_new] = in_files_.try_emplace(companion->path);
+  if (is_new) {
+    const auto bytes = file_.read_companion(*companion, why);
+    known->second = bytes ? read_content(*bytes) : unusable(std::move(why));
+  }
+  return known->second;
+}
+
+GltfTextures::Content GltfTextures::unusable(std::string why) { return {FileKind::unknown, nullptr, std::move(why)}; }
+
+GltfTextures::Content GltfTextures::read_content(std::string_view bytes) const {
+  Content content;
+  content.kind = file_kind(bytes.substr(0, kFileHead), bytes.size());
+  if (content.kind != FileKind::png && content.kind != FileKind::jpeg && content.kind != FileKind::webp)
+    return unusable("It is " + std::string(description(content.kind)) + ", and glTF knows PNG, JPEG and WebP");
+  const auto all = std::as_bytes(std::span(bytes));
+  auto opened = open_texture(std::make_shared<const std::vector<std::byte>>(all.begin(), all.end()), most_bytes_);
+  if (auto* image = std::get_if<std::shared_ptr<const TextureImage>>(&opened)) content.image = std::move(*image);
+  if (auto* problem = std::get_if<std::string>(&opened)) content.problem = std::move(*problem);
+  return content;
 }
 
 }  // namespace tessera::proto

@@ -1,15 +1,20 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
-#include <tuple>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/scene/texture.h"
 #include "proto/import/gltf/buffers.h"
+#include "proto/wire/file_kind.h"
 
 namespace tessera::proto {
 
@@ -44,10 +49,16 @@ class GltfTextures {
   struct Image {
     JsonCursor where;
     std::optional<JsonCursor> uri;
-    std::optional<std::uint32_t> view;
-    std::string_view media_type;
+    std::optional<std::uint32_t> view = {};
+    std::string_view media_type = {};
     bool is_opened = false;
-    std::shared_ptr<const TextureImage> opened;  ///< Null where that failed.
+    std::shared_ptr<const TextureImage> opened = {};  ///< Null where that failed.
+  };
+  /// What the bytes of an image are.
+  struct Content {
+    FileKind kind{};
+    std::shared_ptr<const TextureImage> image;  ///< Null where they can't be used.
+    std::string problem;                        ///< Why not.
   };
   struct Source {
     JsonCursor where;
@@ -60,13 +71,17 @@ class GltfTextures {
   Source read_texture(const GltfObject& object);
   void read_transform(const GltfObject& object, TextureInfo& info, std::uint32_t& set);
   std::shared_ptr<const TextureImage> open(Image& image);
-  std::optional<std::vector<std::byte>> bytes_of(const Image& image, std::string& why);
+  Content content_of(const Image& image);
+  static Content unusable(std::string why);
+  Content read_content(std::string_view bytes) const;
 
   GltfFile& file_;
   GltfBuffers& buffers_;
   std::uint64_t most_bytes_;
   std::vector<Sampler> samplers_;
   std::vector<Image> images_;
+  std::map<std::filesystem::path, Content> in_files_;                  ///< Of images that have been opened,
+  std::map<std::pair<const char*, std::size_t>, Content> in_buffers_;  ///< each once, however many name its bytes.
   std::vector<Source> textures_;
   std::vector<Texture> out_;
   std::map<std::pair<TextureInfo, bool>, std::uint32_t> used_;

@@ -114,14 +114,19 @@ float* number_of(Surface& surface, TextureSlot slot) {
       surface);
 }
 
-/// The directions, in the mesh's space, in which u and v grow, per unit of each; nothing where the texture has no area
-/// on the triangle.
+/// The directions, in the mesh's space, in which a texture's u and v grow, as its transform leaves them, per unit of
+/// each; nothing where the texture has no area on the triangle.
 struct UvAxes {
   Vec3d u, v;
 };
-std::optional<UvAxes> uv_axes(const Attributes& at, std::uint8_t set) {
+std::optional<UvAxes> uv_axes(const Attributes& at, const Texture& texture) {
+  const std::uint8_t set = texture.uv_set;
+  const auto& m = texture.transform;
   const Vec2 a = at.uv_of(0, set), b = at.uv_of(1, set), c = at.uv_of(2, set);
-  const double du1 = double{b.x} - a.x, dv1 = double{b.y} - a.y, du2 = double{c.x} - a.x, dv2 = double{c.y} - a.y;
+  const auto along = [&](Vec2 corner, std::size_t row) {
+    return m[row] * (double{corner.x} - a.x) + m[row + 1] * (double{corner.y} - a.y);
+  };
+  const double du1 = along(b, 0), dv1 = along(b, 3), du2 = along(c, 0), dv2 = along(c, 3);
   const double area = du1 * dv2 - du2 * dv1;
   if (!(std::abs(area) > 0)) return std::nullopt;
   const auto position = [&](std::size_t i) { return to_double(at.mesh.positions[at.corners[i]]); };
@@ -155,9 +160,18 @@ bool is_mirrored(const Object& object) {
 struct Frame {
   Vec3d right, up;
 };
-std::optional<Frame> frame_at(const Object& object, const Attributes& at, std::uint8_t set, Vec3d normal) {
+std::optional<Frame> frame_along(const UvAxes& axes, const Object& object, Vec3d normal) {
+  const auto tangent = across(object, axes.u, normal), v = across(object, axes.v, normal);
+  if (!tangent || !v) return std::nullopt;
+  const Vec3d up = cross(normal, *tangent);
+  return Frame{*tangent, up * -sign_of(dot(up, *v))};
+}
+
+/// Tangents that the mesh has stand as they are, whatever the texture's transform; without them the image lies along
+/// its transformed coordinates: as in Khronos' glTF Sample Viewer.
+std::optional<Frame> frame_at(const Object& object, const Attributes& at, const Texture& texture, Vec3d normal) {
   const bool mirrored = is_mirrored(object);
-  if (set == 0 && at.mesh.attributes && !at.mesh.attributes->tangents.empty()) {
+  if (texture.uv_set == 0 && at.mesh.attributes && !at.mesh.attributes->tangents.empty()) {
     Vec3d direction{};
     double sign = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -168,43 +182,48 @@ std::optional<Frame> frame_at(const Object& object, const Attributes& at, std::u
     if (const auto tangent = across(object, direction, normal))
       return Frame{*tangent, cross(normal, *tangent) * (sign_of(sign) * (mirrored ? -1 : 1))};
   }
-  const auto axes = uv_axes(at, set);
-  if (!axes) return std::nullopt;
-  const auto tangent = across(object, axes->u, normal), v = across(object, axes->v, normal);
-  if (!tangent || !v) return std::nullopt;
-  const Vec3d up = cross(normal, *tangent);
-  return Frame{*tangent, up * -sign_of(dot(up, *v))};
+  const auto axes = uv_axes(at, texture);
+  return axes ? frame_along(*axes, object, normal) : std::nullopt;
 }
 
 void turn(SurfacePoint& point, const Frame& frame, double right, double up, double out) {
   const Vec3d turned = frame.right * right + frame.up * up + point.shading_normal * out;
   const double most = max_component(abs(turned));
-  if (!(most > 0) || !(out > 0)) return;
+  if (!(most > 0) || !(out > 0) || !std::isfinite(right + up)) return;
   const Vec3d scaled = turned / most;
   point.shading_normal = scaled / length(scaled);
   point.to_smooth = {};
 }
 
-void apply_normal_map(const Object& object, const Attributes& at, const TextureUse& use, std::uint8_t set,
+void apply_normal_map(const Object& object, const Attributes& at, const TextureUse& use, const Texture& texture,
                       const Rgba& texel, SurfacePoint& point) {
   const double x = (2.0 * texel[0] - 1) * use.scale, y = (2.0 * texel[1] - 1) * use.scale, z = 2.0 * texel[2] - 1;
-  if (const auto frame = frame_at(object, at, set, point.shading_normal)) turn(point, *frame, x, y, z);
+  if (const auto frame = frame_at(object, at, texture, point.shading_normal)) turn(point, *frame, x, y, z);
 }
 
-/// Blinn's (1978), by differences from texel to texel.
+/// Blinn's (1978), by differences from texel to texel: the slopes along the axes of the image as it lies on the
+/// surface, whatever tangents the mesh has.
 void apply_bump_map(const Object& object, const Attributes& at, const TextureUse& use, const Texture& texture,
                     SurfacePoint& point) {
-  const auto axes = uv_axes(at, texture.uv_set);
-  const auto frame = frame_at(object, at, texture.uv_set, point.shading_normal);
-  if (!axes || !frame) return;
+  const auto axes = uv_axes(at, texture);
+  const auto frame = axes ? frame_along(*axes, object, point.shading_normal) : std::nullopt;
+  if (!frame) return;
   const Vec2 uv = at.uv(texture.uv_set);
-  const float du = 1 / static_cast<float>(texture.image->texels().width),
-              dv = 1 / static_cast<float>(texture.image->texels().height);
-  const auto height = [&](float u, float v) { return double{look_up(texture, {u, v})[use.channel]} * use.scale; };
+  const auto height = [&](double u, double v) {
+    return double{look_up(texture, {static_cast<float>(u), static_cast<float>(v)})[use.channel]} * use.scale;
+  };
+  // Steps of a texel each: the transform's inverse leads there.
+  const double du = 1.0 / texture.image->texels().width, dv = 1.0 / texture.image->texels().height;
+  const auto& m = texture.transform;
+  const double area = double{m[0]} * m[4] - double{m[1]} * m[3];
   const double here = height(uv.x, uv.y);
-  const double slope_u = (height(uv.x + du, uv.y) - here) / du / length(axes->u);
-  const double slope_v = (height(uv.x, uv.y + dv) - here) / dv / length(axes->v);
-  turn(point, *frame, -slope_u, slope_v, 1);
+  const double rise_u = (height(uv.x + m[4] * du / area, uv.y - m[3] * du / area) - here) / du;
+  const double rise_v = (height(uv.x - m[1] * dv / area, uv.y + m[0] * dv / area) - here) / dv;
+  // Across u, towards the upper edge of the image, as far as v leads there.
+  const Vec3d right = axes->u / length(axes->u);
+  const double v_right = dot(axes->v, right), v_down = length(axes->v - right * v_right);
+  const double slope_right = rise_u / length(axes->u), slope_down = (rise_v - v_right * slope_right) / v_down;
+  turn(point, *frame, -slope_right, slope_down, 1);
 }
 
 }  // namespace
@@ -236,7 +255,7 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
           scale(&layered->sheen_color, color_of(lookups[use.texture]));
         break;
       case TextureSlot::normal:
-        apply_normal_map(object, at, use, scene.textures[use.texture].uv_set, lookups[use.texture], point);
+        apply_normal_map(object, at, use, scene.textures[use.texture], lookups[use.texture], point);
         break;
       case TextureSlot::bump:
         apply_bump_map(object, at, use, scene.textures[use.texture], point);

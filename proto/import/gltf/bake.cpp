@@ -15,7 +15,7 @@ Rows for_directions(Rows m) {
   m[3] = m[7] = m[11] = 0;
   double most = 0;
   for (const double entry : m) most = std::max(most, std::abs(entry));
-  for (double& entry : m) entry /= most;
+  for (double& entry : m) entry = most > 0 ? entry / most : 0;
   return m;
 }
 
@@ -32,9 +32,7 @@ bool is_translation(const Rows& m) {
   return linear == kIdentity;
 }
 
-void turn_over(TriangleMesh& mesh) {
-  for (TriangleIndices& t : mesh.triangles) std::swap(t[1], t[2]);
-}
+void turn_over(TriangleIndices& t) { std::swap(t[1], t[2]); }
 
 /// Nothing where a joint isn't there. Weights are fractions of their sum; without any the first joint counts.
 std::optional<Rows> mean_of(std::span<const Rows> joints, const std::array<float, 4>& which,
@@ -68,19 +66,20 @@ void bake(GltfTriangles& triangles, const Rows& to_world, Steps& steps) {
   for (Vec3& n : mesh.normals) n = to_float(transform_vector(normals, to_double(n)));
   for (Tangent& t : triangles.attributes.tangents)
     t = {to_float(transform_vector(directions, to_double(t.direction))), t.sign * static_cast<float>(sign)};
-  if (sign < 0) turn_over(mesh);
+  if (sign >= 0) return;
+  for (TriangleIndices& t : mesh.triangles) turn_over(t);
 }
 
 bool bake_skin(GltfTriangles& triangles, std::span<const Rows> joints, Steps& steps) {
   TriangleMesh& mesh = triangles.mesh;
   auto& tangents = triangles.attributes.tangents;
-  bool is_mirrored = false;
+  std::vector<bool> is_mirrored(mesh.positions.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     steps.take();
     const auto map = mean_of(joints, triangles.joints[i], triangles.weights[i]);
     if (!map) return false;
     const double sign = determinant(*map) < 0 ? -1 : 1;
-    is_mirrored = sign < 0;
+    is_mirrored[i] = sign < 0;
     mesh.positions[i] = to_float(transform_point(*map, to_double(mesh.positions[i])));
     const Rows directions = for_directions(*map);
     if (!mesh.normals.empty())
@@ -89,7 +88,8 @@ bool bake_skin(GltfTriangles& triangles, std::span<const Rows> joints, Steps& st
       tangents[i] = {to_float(transform_vector(directions, to_double(tangents[i].direction))),
                      tangents[i].sign * static_cast<float>(sign)};
   }
-  if (is_mirrored) turn_over(mesh);
+  for (TriangleIndices& t : mesh.triangles)
+    if (int{is_mirrored[t[0]]} + int{is_mirrored[t[1]]} + int{is_mirrored[t[2]]} > 1) turn_over(t);
   return true;
 }
 

@@ -11,8 +11,9 @@ namespace tessera::proto {
 /// fronts stay fronts.
 void bake(GltfTriangles& triangles, const Rows& to_world, Steps& steps);
 
-/// The same for a mesh with a skin: each vertex by the mean of its joints' maps. False where a vertex names a joint
-/// that isn't there.
+/// The same for a mesh with a skin: each vertex by the mean of its joints' maps. Joints may mirror some parts of a mesh
+/// alone, so each triangle is turned over where the maps of most of its corners mirror. False where a vertex names a
+/// joint that isn't there.
 bool bake_skin(GltfTriangles& triangles, std::span<const Rows> joints, Steps& steps);
 
 }  // namespace tessera::proto

@@ -17,14 +17,22 @@
 namespace tessera::proto {
 namespace {
 
-/// What a mesh takes while Draco decodes its connectivity, for each of its parts.
-constexpr std::uint64_t kBytesOfFace = 100, kBytesOfVertex = 64;
+/// What a mesh takes while Draco decodes its connectivity, for each of its parts; and its faces for every attribute
+/// that has a connectivity of its own.
+constexpr std::uint64_t kBytesOfFace = 100, kBytesOfVertex = 64, kBytesOfSeams = 40;
+/// Metadata, say, is read whether or not it's of any use.
+constexpr std::uint64_t kBytesOfByte = 8;
 
 /// How many faces and vertices the data says that it holds, before anything is allocated for them (Draco's bitstream
 /// specification, version 2.2, which glTF asks for).
 struct Counts {
   bool is_edgebreaker = false;
   std::uint32_t faces = 0, vertices = 0;
+  std::uint8_t connectivities = 0;  ///< Of attributes, beside the mesh's.
+
+  std::uint64_t bytes() const {
+    return faces * (kBytesOfFace + connectivities * kBytesOfSeams) + vertices * kBytesOfVertex;
+  }
 };
 std::optional<Counts> read_counts(std::string_view bytes) {
   draco::DecoderBuffer buffer;
@@ -51,7 +59,7 @@ std::optional<Counts> read_counts(std::string_view bytes) {
     return counts;
   }
   if (!buffer.Decode(&traversal) || !draco::DecodeVarint(&counts.vertices, &buffer) ||
-      !draco::DecodeVarint(&counts.faces, &buffer))
+      !draco::DecodeVarint(&counts.faces, &buffer) || !buffer.Decode(&counts.connectivities))
     return std::nullopt;
   return counts;
 }
@@ -108,9 +116,10 @@ class DracoReader {
 
  private:
   bool decode(std::string_view bytes) {
+    if (!file_.take(bytes.size() * kBytesOfByte, where_)) return false;
     const auto counts = read_counts(bytes);
     if (!counts) return where_.error("This isn't a mesh compressed by Draco, version 2.2 of its format.");
-    if (!file_.take(counts->faces * kBytesOfFace + counts->vertices * kBytesOfVertex, where_)) return false;
+    if (!file_.take(counts->bytes(), where_)) return false;
     draco::DecoderBuffer buffer;
     buffer.Init(bytes.data(), bytes.size());
     const draco::DecoderOptions options;

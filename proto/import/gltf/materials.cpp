@@ -144,8 +144,10 @@ class GltfMaterials::Reader {
 
   void read_volume(const GltfObject& volume, Layered& layers) {
     float thickness = 0;
-    read(volume.find("thicknessFactor"), thickness, kNotNegative);
+    const auto factor = volume.find("thicknessFactor");
+    read(factor, thickness, kNotNegative);
     layers.thin = thickness == 0;
+    if (thickness > 0) file_.note(*factor, "A volume is as thick as its mesh, whatever its thickness says");
     float distance = 0;
     std::array<float, 3> left{1, 1, 1};
     read(volume.find("attenuationDistance"), distance, kPositive);

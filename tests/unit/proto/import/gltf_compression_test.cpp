@@ -150,6 +150,91 @@ TEST(GltfCompression, BrokenDracoIsRefused) {
   EXPECT_EQ(error_of(with_draco(claims).glb()), where);
 }
 
+TEST(GltfCompression, ConnectivitiesOfAttributesCountAsMemory) {
+  const auto detail = [](char connectivities) {
+    // An edgebreaker mesh of 2,048 vertices and 4,096 faces, as its header says, which aren't there.
+    const std::string claims = std::string("DRACO\2\2\1\1\0\0\0", 12) + "\x80\x10" + "\x80\x20" + connectivities;
+    try {
+      read(with_draco(claims).glb());
+    } catch (const BrokenFile& broken) {
+      return broken.errors.front().detail;
+    }
+    return std::string("none");
+  };
+  EXPECT_NE(detail('\xFF').find("far more memory"), std::string::npos) << detail('\xFF');
+  EXPECT_NE(detail('\1').find("is broken"), std::string::npos) << detail('\1');
+}
+
+/// A triangle, in three attributes of places, each one higher, and joints and weights.
+std::string draco_triangle(std::uint8_t joint) {
+  draco::Mesh mesh;
+  mesh.set_num_points(3);
+  const auto add = [&](draco::GeometryAttribute::Type type, std::int8_t components, draco::DataType of,
+                       const auto& values) {
+    draco::GeometryAttribute attribute;
+    const auto stride = static_cast<std::int64_t>(static_cast<std::size_t>(components) * sizeof(values[0]));
+    attribute.Init(type, nullptr, components, of, false, stride, 0);
+    const int id = mesh.AddAttribute(attribute, true, 3);
+    for (std::uint32_t i = 0; i < 3; ++i)
+      mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i),
+                                            &values[i * static_cast<std::size_t>(components)]);
+  };
+  for (const float z : {0.0F, 1.0F})
+    add(z == 0 ? draco::GeometryAttribute::POSITION : draco::GeometryAttribute::GENERIC, 3, draco::DT_FLOAT32,
+        std::vector<float>{0, 0, z, 1, 0, z, 0, 1, z});
+  add(draco::GeometryAttribute::GENERIC, 4, draco::DT_UINT8,
+      std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 0, joint, 0, 0, 0});
+  add(draco::GeometryAttribute::GENERIC, 4, draco::DT_FLOAT32, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+  mesh.AddFace({draco::PointIndex(0), draco::PointIndex(1), draco::PointIndex(2)});
+  draco::Encoder encoder;
+  encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
+  draco::EncoderBuffer buffer;
+  EXPECT_TRUE(encoder.EncodeMeshToBuffer(mesh, &buffer).ok());
+  return {buffer.data(), buffer.size()};
+}
+
+GltfBuilder draco_file(const std::string& bytes) {
+  GltfBuilder file;
+  file.add_triangle();
+  file.json["accessors"][0].erase("bufferView");
+  file.json.erase("bufferViews");
+  file.buffer.clear();
+  file.primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", file.add_view(bytes)},
+                                                                  {"attributes", {{"POSITION", 0}}}};
+  file.json["extensionsUsed"] = {"KHR_draco_mesh_compression"};
+  return file;
+}
+
+TEST(GltfCompression, JointsOfDracoThatArentThereAreRefused) {
+  const auto error = [](std::uint8_t joint) {
+    GltfBuilder file = draco_file(draco_triangle(joint));
+    file.json["accessors"].push_back({{"componentType", GltfBuilder::kUint8}, {"count", 3}, {"type", "VEC4"}});
+    file.json["accessors"].push_back({{"componentType", GltfBuilder::kFloat}, {"count", 3}, {"type", "VEC4"}});
+    file.primitive()["attributes"]["JOINTS_0"] = 1;
+    file.primitive()["attributes"]["WEIGHTS_0"] = 2;
+    auto& ids = file.primitive()["extensions"]["KHR_draco_mesh_compression"]["attributes"];
+    ids["JOINTS_0"] = 2;
+    ids["WEIGHTS_0"] = 3;
+    file.json["skins"] = {{{"joints", {1}}}};
+    file.json["nodes"] = {{{"mesh", 0}, {"skin", 0}}, {{"translation", {0, 0, 5}}}};
+    file.json["scenes"][0]["nodes"] = {0, 1};
+    return error_of(file.glb());
+  };
+  EXPECT_EQ(error(0), "none");
+  for (const std::uint8_t joint : {1, 255}) EXPECT_EQ(error(joint), "a.glb/meshes/0/primitives/0") << int{joint};
+}
+
+TEST(GltfCompression, OtherAttributesOfADracoMeshAreAnotherMesh) {
+  GltfBuilder file = draco_file(draco_triangle(0));
+  auto second = file.primitive();
+  second["extensions"]["KHR_draco_mesh_compression"]["attributes"]["POSITION"] = 1;
+  file.json["meshes"][0]["primitives"].push_back(second);
+  const Imported imported = read(file.glb());
+  ASSERT_EQ(imported.parts.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_EQ(std::get<TriangleMesh>(imported.parts[i].shape).positions.at(0).z, static_cast<float>(i));
+}
+
 // meshopt.
 
 template <typename T>

@@ -352,6 +352,59 @@ TEST(Gltf, AMeshWithASkinStandsAsItsJointsDo) {
   EXPECT_EQ(place_of_error(file), "a.glb/meshes/0/primitives/0");
 }
 
+TEST(Gltf, JointsThatMirrorTurnTheirTrianglesOver) {
+  GltfBuilder file = triangle();
+  file.primitive()["attributes"]["POSITION"] =
+      file.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0});
+  std::vector<float> normals, tangents, weights;
+  for (int i = 0; i < 9; ++i) {
+    normals.insert(normals.end(), {0, 0, 1});
+    tangents.insert(tangents.end(), {1, 0, 0, 1});
+    // The last three lie between a joint and its mirror image, which leaves their normals no direction across x.
+    weights.insert(weights.end(),
+                   i < 6 ? std::initializer_list<float>{1, 0, 0, 0} : std::initializer_list<float>{1, 1, 0, 0});
+  }
+  file.primitive()["attributes"]["NORMAL"] = file.add_floats(normals, 3);
+  file.primitive()["attributes"]["TANGENT"] = file.add_floats(tangents, 4);
+  file.primitive()["attributes"]["WEIGHTS_0"] = file.add_floats(weights, 4);
+  std::vector<std::uint8_t> joints;
+  for (int i = 0; i < 9; ++i)
+    for (const int joint : {i < 3 ? 1 : 0, 1, 0, 0}) joints.push_back(static_cast<std::uint8_t>(joint));
+  file.primitive()["attributes"]["JOINTS_0"] = file.add_accessor(joints, "VEC4", GltfBuilder::kUint8, 4);
+  file.json["skins"] = {{{"joints", {1, 2}}}};
+  file.json["nodes"] = {{{"mesh", 0}, {"skin", 0}}, Json::object(), {{"scale", {-1, 1, 1}}}};
+  file.json["nodes"][1]["scale"] = {1, 1, 1};
+  file.json["scenes"][0]["nodes"] = {0, 1, 2};
+  const Imported imported = read(file);
+  const TriangleMesh& skinned = mesh(imported);
+  // The third one is flat: its corners lie on one line.
+  EXPECT_EQ(skinned.triangles, (Triangles{{0, 2, 1}, {3, 4, 5}}));
+  EXPECT_EQ(skinned.positions[1], (Vec3{-1, 0, 0}));
+  for (const Vec3 normal : skinned.normals) {
+    EXPECT_TRUE(is_finite(normal));
+    EXPECT_GT(length(normal), 0);
+  }
+  EXPECT_EQ(skinned.normals[0], (Vec3{0, 0, 1}));
+  const auto& turned = skinned.attributes->tangents;
+  EXPECT_EQ(turned[0].sign, -1);
+  EXPECT_EQ(turned[3].sign, 1);
+}
+
+TEST(Gltf, WhatAMaterialLosesIsTold) {
+  GltfBuilder file = triangle();
+  file.json["extensionsUsed"] = {"KHR_materials_volume", "KHR_materials_clearcoat"};
+  file.json["textures"] = {Json::object()};
+  file.json["textures"][0]["name"] = "none";
+  file.json["materials"] = {{{"extensions",
+                              {{"KHR_materials_volume", {{"thicknessFactor", 0.5}}},
+                               {"KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}}}}}}};
+  const std::string place = "a.glb/materials/0/extensions/KHR_materials_";
+  EXPECT_EQ(warnings_of(read(file)),
+            place + "volume/thicknessFactor: A volume is as thick as its mesh, whatever its thickness says\n" + place +
+                "clearcoat/clearcoatNormalTexture: A normal texture of a clear coat is ignored: it is as smooth as the "
+                "mesh\n");
+}
+
 TEST(Gltf, ADeepTreeIsWalkedAndALoopRefused) {
   GltfBuilder file = triangle();
   constexpr int kDepth = 100'000;

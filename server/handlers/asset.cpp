@@ -113,17 +113,20 @@ class AssetOpener {
     if (!parts) return parts.problem();
     std::vector<NamedFile> files;
     std::set<std::string> names;
+    MemoryOfFiles memory;
     for (const FormPart& part : *parts) {
       const std::string& given = part.file_name ? *part.file_name : part.name;
       const std::string called = '"' + proto::printable(given) + '"';
       if (!part.file_name && std::ranges::find(kFileFields, part.name) == std::end(kFileFields))
         return unusable("The form's part " + called + " is no file: it has no file name.");
-      if (const std::string why = why_unsafe(given); !why.empty())
+      std::string name = with_slashes(given);
+      if (const std::string why = why_unsafe(name); !why.empty())
         return unusable("The form's file " + called + ' ' + why);
-      std::string name = std::filesystem::path(given).lexically_normal().generic_string();
+      name = std::filesystem::path(name).lexically_normal().generic_string();
       if (!names.insert(name).second) return unusable("Two of the form's files are called " + called + '.');
       NamedFile& file = files.emplace_back(NamedFile{std::move(name), part.content_type, services_.blobs.receive()});
       file.file->write(std::as_bytes(std::span(part.content)));
+      memory.settle(*file.file);
       if (!part.file_name && !format_of_type(part.content_type))
         if (const auto format = format_of_kind(proto::file_kind(file.file->head(proto::kFileHead), file.file->size())))
           file.content_type = type_of(*format);

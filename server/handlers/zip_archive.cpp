@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <clocale>
 #include <filesystem>
 #include <new>
 #include <set>
@@ -36,6 +37,24 @@ struct Refused {
   throw Refused{{ProblemCode::malformed_request, "The archive can't be used. " + std::move(why), {}}};
 }
 
+/// libarchive tells names in the characters of the locale, which may be the C locale's: this thread gets UTF-8.
+class Utf8 {
+ public:
+  Utf8() : locale_(::newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)) {
+    if (locale_) before_ = ::uselocale(locale_);
+  }
+  ~Utf8() {
+    if (!locale_) return;
+    ::uselocale(before_);
+    ::freelocale(locale_);
+  }
+  Utf8(const Utf8&) = delete;
+  Utf8& operator=(const Utf8&) = delete;
+
+ private:
+  locale_t locale_, before_ = nullptr;
+};
+
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : archive_(archive_read_new(), archive_read_free) {
@@ -51,6 +70,12 @@ class Reader {
     if (result == ARCHIVE_EOF) return nullptr;
     check(result);
     return entry;
+  }
+
+  /// How the entry is packed, as libarchive says it after the header.
+  std::string_view format() const {
+    const char* name = archive_format_name(archive_.get());
+    return name ? name : "";
   }
 
   /// The next bytes of the entry, none at its end.
@@ -70,6 +95,7 @@ class Reader {
     refuse(proto::printable(why ? why : "It is broken") + '.');
   }
 
+  Utf8 utf8_;
   std::unique_ptr<archive, decltype(&archive_read_free)> archive_;
   std::array<std::byte, kPieceBytes> piece_;
 };
@@ -78,7 +104,7 @@ std::string name_of(archive_entry* entry) {
   const char* name = archive_entry_pathname_utf8(entry);
   if (!name) name = archive_entry_pathname(entry);
   if (!name) refuse("It has a file whose name can't be read; name files in UTF-8.");
-  return name;
+  return with_slashes(name);
 }
 
 /// What systems put beside the files that people mean.
@@ -86,15 +112,22 @@ bool is_clutter(std::string_view name) {
   return name.starts_with("__MACOSX/") || name == ".DS_Store" || name.ends_with("/.DS_Store");
 }
 
-void check_entry(archive_entry* entry, const std::string& name) {
+void check_entry(archive_entry* entry, const std::string& name, std::string_view format) {
   const std::string called = '"' + proto::printable(name) + '"';
   if (const std::string why = why_unsafe(name); !why.empty()) refuse("Its file " + called + ' ' + why);
   if (archive_entry_is_encrypted(entry)) refuse("Its file " + called + " is encrypted.");
   if (archive_entry_filetype(entry) != AE_IFREG || archive_entry_hardlink(entry) || archive_entry_symlink(entry))
     refuse("What it calls " + called + " is a link, or no file at all.");
+  if (!format.ends_with("(uncompressed)") && !format.ends_with("(deflation)"))
+    refuse("Its file " + called + " isn't stored or compressed by deflate, which are the methods that are unpacked.");
 }
 
 }  // namespace
+
+std::string with_slashes(std::string name) {
+  std::ranges::replace(name, '\\', '/');
+  return name;
+}
 
 std::string why_unsafe(std::string_view name) {
   if (name.empty()) return "has no name.";
@@ -115,6 +148,7 @@ Result<std::vector<NamedFile>> unpack_zip(std::string_view archive, std::uint64_
   std::vector<NamedFile> files;
   std::set<std::string> names;
   std::uint64_t total = 0;
+  MemoryOfFiles memory;
   try {
     const auto reader = std::make_unique<Reader>(archive);
     for (std::size_t entries = 0; archive_entry* entry = reader->next(); ++entries) {
@@ -124,7 +158,7 @@ Result<std::vector<NamedFile>> unpack_zip(std::string_view archive, std::uint64_
                        {}}};
       std::string name = name_of(entry);
       if (archive_entry_filetype(entry) == AE_IFDIR || is_clutter(name)) continue;
-      check_entry(entry, name);
+      check_entry(entry, name, reader->format());
       name = std::filesystem::path(name).lexically_normal().generic_string();
       if (!names.insert(name).second) refuse("Two of its files are called \"" + proto::printable(name) + "\".");
       files.push_back({std::move(name), {}, new_file()});
@@ -138,6 +172,7 @@ Result<std::vector<NamedFile>> unpack_zip(std::string_view archive, std::uint64_
                          {}}};
         files.back().file->write(bytes);
       }
+      memory.settle(*files.back().file);
     }
   } catch (Refused& refused) {
     return std::move(refused.problem);

@@ -44,13 +44,16 @@ void ReceivedFile::write(std::span<const std::byte> bytes) {
     memory_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     return;
   }
-  if (!file_) {
-    create();
-    sha256_.update(memory_);
-    memory_ = {};
-  }
+  put_on_disk();
   sha256_.update(bytes);
   write_out(bytes);
+}
+
+void ReceivedFile::put_on_disk() {
+  if (file_) return;
+  create();
+  sha256_.update(memory_);
+  memory_ = {};
 }
 
 void ReceivedFile::write_out(std::span<const std::byte> bytes) {

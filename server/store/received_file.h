@@ -26,6 +26,9 @@ class ReceivedFile {
   void write(std::span<const std::byte> bytes);
   /// Whether so many bytes more leave it in memory: then writing them takes neither time nor the disk.
   bool has_memory_for(std::size_t bytes) const { return !file_ && memory_.size() + bytes <= kMostInMemory; }
+  /// Takes it out of memory.
+  void put_on_disk();
+  std::size_t bytes_in_memory() const { return memory_.size(); }
   std::uint64_t size() const { return size_; }
 
   /// The first bytes, at most so many.
@@ -58,6 +61,21 @@ class ReceivedFile {
   proto::Sha256 sha256_;  ///< Of what isn't in memory.
   proto::ContentHash hash_;
   std::string_view mapped_;
+};
+
+/// What small files that come together may take of memory; those beyond go to the disk.
+class MemoryOfFiles {
+ public:
+  static constexpr std::size_t kMost = 8 << 20;
+
+  /// To be called once all of the file is written.
+  void settle(ReceivedFile& file) {
+    if (file.bytes_in_memory() > left_) file.put_on_disk();
+    left_ -= file.bytes_in_memory();
+  }
+
+ private:
+  std::size_t left_ = kMost;
 };
 
 /// Names that `ReceivedFile` gives begin so; whatever is left of them when a daemon starts is from a crash.

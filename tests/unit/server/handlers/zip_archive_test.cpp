@@ -1,5 +1,6 @@
 #include "server/handlers/zip_archive.h"
 
+#include <clocale>
 #include <map>
 #include <string>
 
@@ -68,12 +69,14 @@ TEST_F(Archive, HoldsFiles) {
                                  {"b/", "", AE_IFDIR},
                                  {"./b//c.mtl", large},
                                  {"d", ""},
+                                 {"e\\F.PNG", "p"},
                                  {"__MACOSX/._a.obj", "?"},
                                  {"b/.DS_Store", "?"}}));
   ASSERT_TRUE(files) << files.problem().detail;
   std::map<std::string, std::string> contents;
   for (const NamedFile& file : *files) contents[file.name] = file.file->content();
-  EXPECT_EQ(contents, (std::map<std::string, std::string>{{"a.obj", "v"}, {"b/c.mtl", large}, {"d", ""}}));
+  EXPECT_EQ(contents,
+            (std::map<std::string, std::string>{{"a.obj", "v"}, {"b/c.mtl", large}, {"d", ""}, {"e/F.PNG", "p"}}));
   EXPECT_FALSE(unpack(zip({}))) << "which libarchive takes for none";
 }
 
@@ -110,6 +113,62 @@ TEST_F(Archive, WhatIsBrokenIsRefused) {
       if (!files) continue;
       for (const NamedFile& file : *files) EXPECT_LE(file.file->size(), 3000U);
     }
+}
+
+// As Python's zipfile writes them.
+constexpr std::string_view kBzip2(
+    "PK\003\004.\000\000\000\014\000.c~]\322\026\221y1\000\000\000\030\000\000\000\005\000\000\000a.objBZ"
+    "h91AY&SY\210a\364\370\000\000\013\330\200\000\020@\000@\000\001\000 \0000\3154\021G\247\2412\023\205"
+    "\334\221N\024$\042\030}>\000PK\001\002.\003.\000\000\000\014\000.c~]\322\026\221y1\000\000\000\030"
+    "\000\000\000\005\000\000\000\000\000\000\000\000\000\000\000\200\001\000\000\000\000a.objPK\005\006"
+    "\000\000\000\000\001\000\001\0003\000\000\000T\000\000\000\000\000",
+    157);
+constexpr std::string_view kLzma(
+    "PK\003\004?\000\002\000\016\000.c~]\322\026\221y\033\000\000\000\030\000\000\000\005\000\000\000a.ob"
+    "j\011\004\005\000]\000\000\200\000\000;\010\002\021\002\012\254\314\237|\037\377\377\010<\000\000PK"
+    "\001\002?\003?\000\002\000\016\000.c~]\322\026\221y\033\000\000\000\030\000\000\000\005\000\000\000"
+    "\000\000\000\000\000\000\000\000\200\001\000\000\000\000a.objPK\005\006\000\000\000\000\001\000\001"
+    "\0003\000\000\000>\000\000\000\000\000",
+    135);
+constexpr std::string_view kAccent(
+    "PK\003\004\024\000\000\010\000\000.c~]\203\026\334\214\001\000\000\000\001\000\000\000\006\000\000"
+    "\000\303\251.glbxPK\001\002\024\003\024\000\000\010\000\000.c~]\203\026\334\214\001\000\000\000\001"
+    "\000\000\000\006\000\000\000\000\000\000\000\000\000\000\000\200\001\000\000\000\000\303\251.glbPK"
+    "\005\006\000\000\000\000\001\000\001\0004\000\000\000%\000\000\000\000\000",
+    111);
+
+TEST_F(Archive, MethodsWhoseMemoryIsntBoundedAreRefused) {
+  for (const std::string_view bytes : {kBzip2, kLzma}) {
+    const auto files = unpack(bytes);
+    ASSERT_FALSE(files);
+    EXPECT_EQ(files.problem().code, ProblemCode::malformed_request);
+    EXPECT_NE(files.problem().detail.find("\"a.obj\" isn't stored or compressed by deflate"), std::string::npos)
+        << files.problem().detail;
+  }
+}
+
+TEST_F(Archive, NamesInUtf8AreReadInEveryLocale) {
+  ASSERT_STREQ(std::setlocale(LC_ALL, nullptr), "C");
+  const auto files = unpack(kAccent);
+  ASSERT_TRUE(files) << files.problem().detail;
+  EXPECT_EQ(files->at(0).name, "\xC3\xA9.glb");
+}
+
+TEST_F(Archive, ManySmallFilesGoToTheDisk) {
+  const std::size_t size = ReceivedFile::kMostInMemory;
+  std::vector<Entry> entries;
+  for (int i = 0; i < 40; ++i)
+    entries.push_back({std::to_string(i), std::string(size, static_cast<char>('a' + i % 26))});
+  const auto files = unpack(zip(entries));
+  ASSERT_TRUE(files);
+  std::size_t in_memory = 0;
+  for (std::size_t i = 0; i < files->size(); ++i) {
+    in_memory += (*files)[i].file->bytes_in_memory();
+    EXPECT_EQ((*files)[i].file->content(), entries[i].content);
+    EXPECT_EQ((*files)[i].file->finish(), proto::content_hash(entries[i].content));
+  }
+  EXPECT_GT(in_memory, 0U);
+  EXPECT_LE(in_memory, MemoryOfFiles::kMost);
 }
 
 TEST_F(Archive, StopsWhenNobodyWaits) {

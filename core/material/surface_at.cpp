@@ -249,6 +249,10 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
       case TextureSlot::specular_color:
         if (auto* layered = std::get_if<Layered>(&out.surface))
           scale(&layered->specular_color, color_of(lookups[use.texture]));
+        if (auto* whitted = std::get_if<WhittedSurface>(&out.surface)) {
+          scale(&whitted->specular, reflectance_of(lookups[use.texture]));
+          scale(&whitted->reflect, reflectance_of(lookups[use.texture]));
+        }
         break;
       case TextureSlot::sheen_color:
         if (auto* layered = std::get_if<Layered>(&out.surface))

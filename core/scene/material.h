@@ -86,7 +86,7 @@ enum class TextureSlot : std::uint8_t {
   normal,  ///< In the tangent frame, from 0..1 as -1..1.
   bump,    ///< A height in units of the mesh.
   specular,
-  specular_color,
+  specular_color,  ///< Or `WhittedSurface::specular` and `reflect`.
   transmission,
   clearcoat,
   clearcoat_roughness,

@@ -31,8 +31,8 @@ constexpr float kMeanFacing = 2.0F / 3;
 struct MtlMaterial {
   std::string name;
   std::size_t line = 0;
-  Rgb kd{0, 0, 0}, ks{0, 0, 0};
-  std::optional<Rgb> tf;
+  Rgb kd{0, 0, 0};
+  std::optional<Rgb> ks, tf;
   float ns = 1, ni = 1;
   std::optional<float> d, tr;
   int illum = 2;
@@ -49,15 +49,19 @@ struct MtlMaterial {
 
 namespace {
 
-bool is_texture(std::string_view keyword) {
-  return (keyword.starts_with("map_") && keyword != "map_aat") || keyword == "disp" || keyword == "decal" ||
-         keyword == "refl";
-}
-
 /// Known statements without a meaning here, in lower case, and what to call them. The last ones are the physically
 /// based extension (Boubekeur & Harris 2016).
-constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kWithoutMeaning{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kWithoutMeaning{{
     {"ka", "Ka (an ambient colour of its own)"},
+    {"map_ka", "map_Ka (a texture of an ambient colour)"},
+    {"map_ns", "map_Ns (a texture of shininess)"},
+    {"map_tr", "map_Tr (a texture of transparency)"},
+    {"map_tf", "map_Tf (a texture of a filter's colour)"},
+    {"disp", "disp (displacement)"},
+    {"map_disp", "map_disp (displacement)"},
+    {"decal", "decal (a texture above others)"},
+    {"map_decal", "map_decal (a texture above others)"},
+    {"refl", "refl (a reflection map)"},
     {"km", "Km (a bump's height)"},
     {"sharpness", "sharpness (of a reflection map)"},
     {"map_aat", "map_aat (smoothing of textures)"},
@@ -128,10 +132,6 @@ class MtlReader {
     } else if (std::optional<float>* const number = physical(keyword)) {
       *number = fraction(words.next());
       material.is_physical = true;
-    } else if (is_texture(keyword)) {
-      return note(
-          "A texture other than map_Kd, map_Ke, map_d, norm, bump, map_Pr, map_Pm, map_Ps, map_Pc and "
-          "map_Pcr was ignored");
     } else {
       return note_ignored(keyword);
     }
@@ -177,6 +177,8 @@ class MtlReader {
   /// Names statements in our own words alone: the file may be any file.
   void note_ignored(std::string_view keyword) {
     const auto* known = std::ranges::find(kWithoutMeaning, keyword, [](const auto& entry) { return entry.first; });
+    if (known == kWithoutMeaning.end() && keyword.starts_with("map_"))
+      return note("A texture of another kind was ignored");
     if (known == kWithoutMeaning.end()) return note("A statement that MTL doesn't have was ignored");
     note(std::string(known->second) + " has no meaning here and was ignored");
   }
@@ -295,17 +297,17 @@ float under_map(std::optional<float> number, bool has_map) {
 }
 
 /// MTL's illumination models in Whitted's terms. What `mtl` doesn't stop goes through, but for what `alpha` says.
-WhittedSurface to_whitted(const MtlMaterial& mtl, Rgb kd, bool has_alpha_map, ImportNotes& notes) {
+WhittedSurface to_whitted(const MtlMaterial& mtl, Rgb kd, Rgb ks, bool has_alpha_map, ImportNotes& notes) {
   const float opacity = has_alpha_map ? 1 : mtl.opacity();
   const bool has_fresnel = mtl.illum == 5 || mtl.illum == 7;
   WhittedSurface surface;
   surface.diffuse = kd * opacity;
-  if (mtl.illum > 1) surface.specular = mtl.ks;
+  if (mtl.illum > 1) surface.specular = ks;
   surface.shininess = mtl.ns;
-  if (mtl.illum >= 3 && mtl.illum <= 7) surface.reflect = mtl.ks;
+  if (mtl.illum >= 3 && mtl.illum <= 7) surface.reflect = ks;
   surface.transmit = Rgb{1, 1, 1} * (1 - opacity);
   if (mtl.tf) {
-    if (mtl.refracts()) surface.transmit = surface.transmit + not_reflected(mtl.ks) * opacity;
+    if (mtl.refracts()) surface.transmit = surface.transmit + not_reflected(ks) * opacity;
     if (surface.transmit.is_black()) notes.add("Tf without illum 6 or 7, or a d below 1, has no effect", mtl.tf_line);
     surface.transmit = surface.transmit * *mtl.tf;
   }
@@ -344,6 +346,16 @@ Surface to_physical(const MtlMaterial& mtl, Rgb base_color, const HasMap& has_ma
   return MetallicRoughness{surface.base_color, surface.metallic, surface.roughness};
 }
 
+/// Not for highlights that there are none of.
+bool has_effect(const MtlMap& map, const MtlMaterial& mtl, ImportNotes& notes) {
+  if (map.slot != TextureSlot::specular_color) return true;
+  const bool has_highlight = !mtl.is_physical && mtl.illum > 1 && !(mtl.ks && mtl.ks->is_black());
+  if (!has_highlight)
+    notes.add("map_Ks has no effect with a Ks of 0, with illum 0 or 1, or beside the physically based extension",
+              map.line);
+  return has_highlight;
+}
+
 /// With the textures that can be had.
 Material to_material(const MtlMaterial& mtl, std::vector<TextureUse> uses, ImportNotes& notes) {
   if (mtl.d && mtl.tr && std::abs(*mtl.d - (1 - *mtl.tr)) > 0.01F) notes.add("Tr isn't 1 - d: d is used", mtl.line);
@@ -360,7 +372,8 @@ Material to_material(const MtlMaterial& mtl, std::vector<TextureUse> uses, Impor
   if (mtl.is_physical) {
     material.surface = to_physical(mtl, kd, has_map);
   } else {
-    material.surface = to_whitted(mtl, kd, has_alpha_map, notes);
+    const Rgb ks = mtl.ks.value_or(has_map(TextureSlot::specular_color) ? Rgb{1, 1, 1} : Rgb{});
+    material.surface = to_whitted(mtl, kd, ks, has_alpha_map, notes);
   }
   return material;
 }
@@ -418,7 +431,8 @@ void MtlLibraries::finish(const std::set<std::uint32_t>& used) {
       std::vector<TextureUse> uses;
       if (used.contains(static_cast<std::uint32_t>(materials.size())))
         for (const MtlMap& map : mtl.maps)
-          if (const auto use = textures_.use(map, library->notes)) uses.push_back(*use);
+          if (has_effect(map, mtl, library->notes))
+            if (const auto use = textures_.use(map, library->notes)) uses.push_back(*use);
       materials.push_back(to_material(mtl, std::move(uses), library->notes));
     }
     const std::vector<SceneWarning> noted = library->notes.warnings();

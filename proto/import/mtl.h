@@ -34,10 +34,10 @@ struct MtlMaterial;
 /// - 3 to 7 mirror with Ks, 5 and 7 by Fresnel's equations. Model 0 (constant colour) is lit as model 1; a file without
 ///   `illum` counts as 2.
 /// - Ke is the radiance that both sides send out.
-/// - Textures multiply the number or colour of their name, which counts as 1 where it is missing or 0, as many programs
-///   write it. map_Kd and map_Ke are sRGB unless they are floats. map_d is the image's alpha where it has some. A bump
-///   map whose name says that it holds normals is read as such. `-imfchan`, `-bm`, `-s`, `-o`, `-clamp` and
-///   `-colorspace` are known.
+/// - Textures multiply the number or colour of their name, which counts as 1 where it is missing or, but for map_Ks, 0,
+///   as many programs write it. map_Kd, map_Ks and map_Ke are sRGB unless they are floats. map_d is the image's alpha
+///   where it has some. A bump map whose name says that it holds normals is read as such. `-imfchan`, `-bm`, `-s`,
+///   `-o`, `-clamp` and `-colorspace` are known.
 class MtlLibraries {
  public:
   static constexpr std::uintmax_t kLargestFile = 16ULL << 20;

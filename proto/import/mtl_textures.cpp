@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::array<std::pair<std::string_view, TextureSlot>, std::size(kTextureKeywords)> kSlots{{
     {"map_kd", TextureSlot::base_color},
+    {"map_ks", TextureSlot::specular_color},
     {"map_ke", TextureSlot::emission},
     {"map_d", TextureSlot::alpha},
     {"norm", TextureSlot::normal},
@@ -75,7 +76,9 @@ bool tells_of_normals(std::string_view name) {
                              [&](std::string_view part) { return file.find(part) != file.npos; });
 }
 
-bool is_color(TextureSlot slot) { return slot == TextureSlot::base_color || slot == TextureSlot::emission; }
+bool is_color(TextureSlot slot) {
+  return slot == TextureSlot::base_color || slot == TextureSlot::specular_color || slot == TextureSlot::emission;
+}
 
 /// Of textures that aren't there.
 constexpr std::size_t kMostNamed = 20;

@@ -12,8 +12,8 @@
 namespace tessera::proto {
 
 /// The keywords of an MTL library's statements that name textures which are read, in lower case.
-inline constexpr std::string_view kTextureKeywords[] = {"map_kd", "map_ke", "map_d",  "norm",   "bump",   "map_bump",
-                                                        "map_pr", "map_pm", "map_ps", "map_pc", "map_pcr"};
+inline constexpr std::string_view kTextureKeywords[] = {"map_kd",   "map_ks", "map_ke", "map_d",  "norm",   "bump",
+                                                        "map_bump", "map_pr", "map_pm", "map_ps", "map_pc", "map_pcr"};
 
 /// What follows such a keyword: options, and the name of an image, which may hold blanks and stand before them.
 struct TextureStatement {

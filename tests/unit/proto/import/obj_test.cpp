@@ -468,9 +468,9 @@ TEST_F(ObjMaterials, TheFilterColoursWhatGoesThrough) {
 }
 
 TEST_F(ObjMaterials, StatementsWithoutAMeaningHereAreTold) {
-  for (const char* statement :
-       {"Ka 1 1 1", "Km 1", "sharpness 60", "aniso 0", "anisor 0", "map_aat on", "unheard of", "illum 0", "illum 10",
-        "illum 11", "illum 2.5", "Ni 0", "map_Ks a.png", "REFL -type sphere a"}) {
+  for (const char* statement : {"Ka 1 1 1", "Km 1", "sharpness 60", "aniso 0", "anisor 0", "map_aat on", "unheard of",
+                                "illum 0", "illum 10", "illum 11", "illum 2.5", "Ni 0", "map_Ks a.png", "map_Ka a.png",
+                                "map_Ns a.png", "map_new a.png", "REFL -type sphere a"}) {
     material(std::string(statement) + '\n' + statement + '\n');
     ASSERT_EQ(warnings_.size(), 1U) << statement;
     EXPECT_EQ(warnings_[0].pointer, "m.mtl:2");

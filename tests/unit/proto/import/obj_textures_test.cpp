@@ -141,6 +141,28 @@ TEST_F(ObjTextures, EverySlot) {
   EXPECT_EQ(layered.sheen_color, (Rgb{1, 1, 1}));
 }
 
+TEST_F(ObjTextures, HighlightsHaveTheirs) {
+  const auto slots = [](const Material& m) {
+    std::vector<TextureSlot> found;
+    for (const TextureUse& use : m.textures) found.push_back(use.slot);
+    return found;
+  };
+  const std::vector<TextureSlot> one{TextureSlot::specular_color};
+  Material m = material("Ks 0.5 0.25 1\nillum 3\nmap_Ks red.png\n");
+  EXPECT_TRUE(file_.warnings.empty());
+  EXPECT_EQ(slots(m), one);
+  EXPECT_TRUE(file_.textures.at(0).is_srgb);
+  EXPECT_EQ(std::get<WhittedSurface>(m.surface).specular, (Rgb{0.5F, 0.25F, 1}));
+  m = material("map_Ks red.png\n");
+  EXPECT_EQ(slots(m), one);
+  EXPECT_EQ(std::get<WhittedSurface>(m.surface).specular, (Rgb{1, 1, 1}));
+  for (const char* without : {"Ks 0 0 0\n", "Ks 1 1 1\nillum 1\n", "Ks 1 1 1\nPm 0\n"}) {
+    EXPECT_TRUE(slots(material(std::string(without) + "map_Ks red.png\n")).empty()) << without;
+    ASSERT_EQ(file_.warnings.size(), 1U) << without;
+    EXPECT_NE(file_.warnings[0].detail.find("map_Ks has no effect"), std::string::npos);
+  }
+}
+
 TEST_F(ObjTextures, AlphaIsTheImagesWhereItHasSome) {
   EXPECT_EQ(material("map_d half.png\n").textures.at(0).channel, 3);
   EXPECT_EQ(material("map_d two.png\n").textures.at(0).channel, 0);

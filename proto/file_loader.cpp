@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <new>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -97,6 +98,60 @@ bool read_options(JsonFields& fields, ImportOptions& options) {
   return good;
 }
 
+/// The companions of a file, by the names that it may give them.
+class Companions {
+ public:
+  using Files = std::map<std::string, SourceFile>;
+
+  explicit Companions(const Files& files) : files_(files) {}
+
+  /// The file of that name or, as forms are often sent without folders, of the name without them; else, as Windows
+  /// tells no cases apart, the one whose name is the same but for case and backslashes, unless there are several.
+  Files::const_iterator find(const std::string& name) {
+    const std::string file_name = std::filesystem::path(name).filename().generic_string();
+    for (const std::string& each : {name, file_name})
+      if (const auto found = files_.find(each); found != files_.end()) return found;
+    if (folded_.empty())
+      for (auto file = files_.begin(); file != files_.end(); ++file) folded_[folded(file->first)].push_back(file);
+    const std::string anyhow = folded(name);
+    for (const std::string& each : {anyhow, std::filesystem::path(anyhow).filename().generic_string()}) {
+      const auto found = folded_.find(each);
+      if (found == folded_.end() || found->second.size() > 1) continue;
+      found_anyhow_.emplace(name, found->second.front()->first);
+      return found->second.front();
+    }
+    return files_.end();
+  }
+
+  /// What is to be told of those that were found by other names than their own; empty where none was.
+  std::string note() const {
+    constexpr std::size_t kMostNames = 5;
+    std::string text;
+    std::size_t count = 0;
+    for (const auto& [name, file] : found_anyhow_)
+      if (++count <= kMostNames) text += (count == 1 ? "" : ", ") + in_quotes(name) + " is " + in_quotes(file);
+    if (text.empty()) return text;
+    return "Companions are found whose names aren't written as the file writes them: " + text +
+           (count > kMostNames ? ", and others." : ".");
+  }
+
+ private:
+  static std::string folded(std::string name) {
+    for (char& c : name) c = c == '\\' ? '/' : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return std::filesystem::path(name).lexically_normal().generic_string();
+  }
+
+  const Files& files_;
+  std::map<std::string, std::vector<Files::const_iterator>> folded_;
+  std::map<std::string, std::string> found_anyhow_;
+};
+
+/// What isn't the document's fault.
+void throw_if_ours(const Problem& problem) {
+  if (problem.code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();
+  if (problem.code == ProblemCode::internal_error) throw std::runtime_error(problem.detail);
+}
+
 /// Whether a file is still what was found. A file that can't be read any more isn't.
 bool is_unchanged(const SourceFile& file, const std::stop_token& stop) {
   const auto hash = hash_file(file.path, stop);
@@ -161,7 +216,7 @@ bool FileLoader::find_environment(JsonFields& fields, std::shared_ptr<const Envi
   if (path && !is_unchanged(found->file, stop_)) {
     where.error(kChanged);
   } else if (!imported) {
-    if (imported.problem().code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();
+    throw_if_ours(imported.problem());
     where.error(imported.problem().detail);
   } else if (builder_.take((*imported)->texels.size() * sizeof(Rgb), where)) {
     map = *imported;
@@ -182,11 +237,11 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   loaded.identity = {reference.file.hash, reference.format, {}};
   std::vector<SourceFile> assets;  // That are read; blobs never change.
   if (!reference.companions) assets.push_back(reference.file);
+  std::optional<Companions> companions;
+  if (reference.companions) companions.emplace(*reference.companions);
   const auto companion = [&](std::string_view name) -> std::optional<std::filesystem::path> {
-    if (reference.companions) {
-      auto given = reference.companions->find(std::string(name));
-      if (given == reference.companions->end())  // Forms are often sent without the files' folders.
-        given = reference.companions->find(std::filesystem::path(name).filename().generic_string());
+    if (companions) {
+      const auto given = companions->find(std::string(name));
       if (given == reference.companions->end()) return std::nullopt;
       loaded.identity.companions.emplace(given->first, given->second.hash);
       return given->second.path;
@@ -206,7 +261,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   }
   if (!imported) {
     const Problem& problem = imported.problem();
-    if (problem.code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();  // not the document's fault
+    throw_if_ours(problem);
     if (problem.errors.empty()) reference.where.error(problem.detail);
     for (const FieldError& e : problem.errors) {
       const bool is_option = e.pointer == "variant" || e.pointer == "scene";
@@ -242,7 +297,8 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   }
   for (SceneWarning& warning : imported->warnings) builder_.warn(std::move(warning));
   if (loaded.parts.empty()) builder_.warn(reference.where, "The file holds no shapes, so nothing of it is seen.");
-  if (reference.companions) {
+  if (companions) {
+    if (const std::string note = companions->note(); !note.empty()) builder_.warn(reference.where, note);
     for (const auto& [name, file] : *reference.companions) {
       if (!loaded.identity.companions.contains(name)) {
         builder_.warn(reference.where, "The file doesn't ask for its companion " + in_quotes(name) + ".");

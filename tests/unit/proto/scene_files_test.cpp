@@ -37,6 +37,43 @@ ParsedScene parsed(const std::string& text, const FileSource& files) {
 
 std::string objects(const std::string& list) { return R"({"objects": [)" + list + "]}"; }
 
+/// Of the first object.
+std::string warnings_of(const ParsedScene& scene) {
+  std::string text;
+  for (const SceneWarning& warning : scene.scene->warnings)
+    if (warning.pointer == "/objects/0") text += warning.detail + "\n";
+  return text;
+}
+
+TEST(SceneFiles, CompanionsAreFoundInAnyCaseWhereThatIsClear) {
+  TestFiles files;
+  const ContentHash model = files.add_blob(kObj), mtl = files.add_blob(kMtl), other = files.add_blob(kOtherMtl);
+  const auto with = [&](const std::string& companions) {
+    return parsed(
+        objects(R"({"type": "file", "format": "obj", "blob": ")" + model + R"(", "companions": {)" + companions + "}}"),
+        files);
+  };
+  const auto red = [](const ParsedScene& scene) {
+    return std::get<WhittedSurface>(scene.scene->materials[scene.scene->objects.at(0).material].surface).diffuse.r;
+  };
+  const auto named = [](const std::string& name, const ContentHash& hash) {
+    return '"' + name + R"(": ")" + hash + '"';
+  };
+  // As it is written, in a folder's stead without it, and in other cases.
+  const auto exact = with(named("colours.mtl", mtl) + ", " + named("Colours.MTL", other));
+  EXPECT_EQ(red(exact), 1);
+  EXPECT_EQ(warnings_of(exact), "The file doesn't ask for its companion \"Colours.MTL\".\n");
+  const auto anyhow = with(named("COLOURS.mtl", mtl));
+  EXPECT_EQ(red(anyhow), 1);
+  EXPECT_EQ(warnings_of(anyhow),
+            "Companions are found whose names aren't written as the file writes them: \"colours.mtl\" is "
+            "\"COLOURS.mtl\".\n");
+  const auto which = with(named("COLOURS.mtl", mtl) + ", " + named("Colours.MTL", other));
+  EXPECT_EQ(warnings_of(which),
+            "The file doesn't ask for its companion \"COLOURS.mtl\".\n"
+            "The file doesn't ask for its companion \"Colours.MTL\".\n");
+}
+
 TEST(SceneFiles, AFileThatIsNamedTwiceIsReadOnceAndShared) {
   TestFiles files;
   files.add_asset("sub/triangle.ply", kPly);

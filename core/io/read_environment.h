@@ -6,6 +6,7 @@
 #include <string>
 #include <variant>
 
+#include "core/io/module_missing.h"
 #include "core/scene/light.h"
 
 namespace tessera {

@@ -38,6 +38,8 @@ Result<std::shared_ptr<const EnvironmentMap>> import_environment(const std::file
   } catch (const std::bad_alloc&) {
     return Problem{
         ProblemCode::out_of_memory_budget, "There is no memory left to read " + std::string(display_name) + '.', {}};
+  } catch (const ModuleMissing& error) {
+    return Problem{ProblemCode::internal_error, error.what(), {}};
   } catch (const std::runtime_error& error) {
     return cannot_read(display_name, error.what());
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/io/read_texture.h"
 #include "proto/import/broken_file.h"
 #include "proto/import/gltf/gltf.h"
 #include "proto/import/nff.h"
@@ -115,6 +116,8 @@ Result<Imported> import_file(const std::filesystem::path& path, FileFormat forma
   } catch (const std::bad_alloc&) {
     const std::string detail = "There is no memory left to import " + std::string(display_name) + '.';
     return Problem{ProblemCode::out_of_memory_budget, detail, {}};
+  } catch (const ModuleMissing& error) {
+    return Problem{ProblemCode::internal_error, error.what(), {}};
   } catch (const std::exception& error) {
     return cannot_import(display_name, {{file_place(display_name, 0), error.what()}});
   }

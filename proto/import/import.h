@@ -63,8 +63,8 @@ using CompanionSource = std::function<std::optional<std::filesystem::path>(std::
 
 /// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines
 /// exist, and at "<display_name>/a/json/pointer" in glTF; at "variant" and "scene" where that option names nothing.
-/// Never allocates more than a small multiple of the file's size. Textures take at most `texture_bytes` each. Throws
-/// `Abandoned`, and nothing else, soon after `stop` is requested.
+/// Never allocates more than a small multiple of the file's size. Textures take at most `texture_bytes` each. A missing
+/// library is an `internal_error`. Throws `Abandoned`, and nothing else, soon after `stop` is requested.
 Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
                              const CompanionSource& companions, std::stop_token stop = {},
                              const ImportOptions& options = {}, std::uint64_t texture_bytes = 1ULL << 30);

@@ -1,5 +1,6 @@
 """What `cmake --install` leaves works by itself, and OpenImageIO is there when it is needed, and only then."""
 
+import hashlib
 import os
 import subprocess
 import tempfile
@@ -50,6 +51,12 @@ class InstallTest(unittest.TestCase):
         self.assertEqual(fetch("png").status, 200)
         self.assertEqual(fetch("exr").status, 500)
         self.assertEqual(fetch("png").status, 200)
+        # Nor is it the sender's fault.
+        sky = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81"
+        name = "sha256:" + hashlib.sha256(sky).hexdigest()
+        self.assertEqual(daemon.request("PUT", f"/v1/blobs/{name}", sky).status, 201)
+        scene = {**SPHERE, "lights": [{"type": "environment", "blob": name}]}
+        self.assertEqual(daemon.request("POST", "/v1/scenes", scene).status, 500)
         daemon.terminate()
         daemon.process.wait(timeout=60)  # The log has a thread of its own: all is written when the daemon has ended.
         self.assertIn("tessera_oiio.so", daemon.log())

@@ -1,7 +1,6 @@
 #include "core/io/oiio/load_module.h"
 
 #include <new>
-#include <stdexcept>
 #include <string>
 
 #include <dlfcn.h>
@@ -18,7 +17,7 @@ constexpr const char* kModule = "tessera_oiio.so";
   for (const char* words :
        {"Cannot allocate memory", "cannot allocate", "failed to map", "cannot create shared object"})
     if (why.find(words) != std::string::npos) throw std::bad_alloc();
-  throw std::runtime_error("OpenImageIO isn't there: " + why);
+  throw ModuleMissing("OpenImageIO isn't there: " + why);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #pragma once
 
+#include "core/io/module_missing.h"
+
 namespace tessera {
 
 /// A function of the module tessera_oiio, which the first call loads: see `write_with_oiio`. Throws std::bad_alloc, and
-/// std::runtime_error with the loader's words when there is none; later calls try again. Safe from any thread.
+/// `ModuleMissing` with the loader's words when there is none; later calls try again. Safe from any thread.
 void* find_in_oiio_module(const char* name);
 
 template <typename Function>

@@ -78,6 +78,18 @@ std::optional<Colors> colors_of(const OIIO::ImageSpec& spec) {
   return std::nullopt;
 }
 
+/// A library's message, which may have several lines, in one.
+std::string in_a_line(const std::string& message) {
+  std::string line;
+  for (const char c : message) {
+    const bool is_control = static_cast<unsigned char>(c) < 0x20;
+    if (!is_control) line += c;
+    if (is_control && !line.empty() && !line.ends_with("; ")) line += "; ";
+  }
+  if (line.ends_with("; ")) line.resize(line.size() - 2);
+  return line;
+}
+
 /// What is wrong with the file; nothing once `map` is read.
 std::string read(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes, EnvironmentMap& map) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
@@ -189,31 +201,31 @@ std::string read_texture(const char* name, std::span<const std::byte> file, std:
 __attribute__((visibility("default"))) void tessera_oiio_measure(const char* name, std::span<const std::byte> file,
                                                                  tessera::ImageHeader& header,
                                                                  std::string& problem) try {
-  problem = tessera::measure(name, file, header);
+  problem = tessera::in_a_line(tessera::measure(name, file, header));
 } catch (const std::bad_alloc&) {
   throw;
 } catch (const std::exception& error) {
-  problem = error.what();
+  problem = tessera::in_a_line(error.what());
 }
 
 __attribute__((visibility("default"))) void tessera_oiio_read_texture(const char* name, std::span<const std::byte> file,
                                                                       std::uint64_t most_bytes, tessera::Texels& texels,
                                                                       std::string& problem) try {
-  problem = tessera::read_texture(name, file, most_bytes, texels);
+  problem = tessera::in_a_line(tessera::read_texture(name, file, most_bytes, texels));
 } catch (const std::bad_alloc&) {
   throw;
 } catch (const std::exception& error) {
-  problem = error.what();
+  problem = tessera::in_a_line(error.what());
 }
 
 __attribute__((visibility("default"))) void tessera_oiio_read(const char* name, std::span<const std::byte> file,
                                                               std::uint64_t most_bytes, tessera::EnvironmentMap& map,
                                                               std::string& problem) try {
-  problem = tessera::read(name, file, most_bytes, map);
+  problem = tessera::in_a_line(tessera::read(name, file, most_bytes, map));
 } catch (const std::bad_alloc&) {
   throw;
 } catch (const std::exception& error) {  // OpenEXR's
-  problem = error.what();
+  problem = tessera::in_a_line(error.what());
 }
 
 __attribute__((visibility("default"))) void tessera_oiio_write(tessera::ImageFormat format,

@@ -93,6 +93,24 @@ TEST(ReadTexture, WhatIsTooLargeIsRefusedByItsHeader) {
   EXPECT_EQ(refusal(file_of("a.png", OIIO::TypeDesc::UINT8, 4, kBytes), 12), "");
 }
 
+TEST(ReadTexture, FilesOfMoreThanFourChannelsAreRefused) {
+  const std::vector<std::uint8_t> values(20, 9);
+  EXPECT_NE(refusal(file_of("a.tif", OIIO::TypeDesc::UINT8, 5, values)).find("more than four channels"),
+            std::string::npos);
+  EXPECT_EQ(refusal(file_of("a.tif", OIIO::TypeDesc::UINT8, 4, values)), "");
+}
+
+TEST(ReadTexture, WhatIsWrongIsSaidInALine) {
+  const ImageFile whole = file_of("a.png", OIIO::TypeDesc::UINT8, 3, std::vector<std::uint8_t>(30000, 77));
+  std::vector<std::byte> broken(whole->begin(), whole->end());
+  broken[broken.size() - 14] ^= std::byte{1};  // the checksum of the pixels, which the end's 12 bytes follow
+  const auto image = opened(std::make_shared<const std::vector<std::byte>>(std::move(broken)));
+  ASSERT_TRUE(image);
+  image->texels();
+  EXPECT_NE(image->problem(), "");
+  EXPECT_EQ(image->problem().find('\n'), std::string::npos) << image->problem();
+}
+
 TEST(ReadTexture, WhatEndsTooEarlyIsWhiteAndSaysSo) {
   const ImageFile whole = file_of("a.png", OIIO::TypeDesc::UINT8, 3, std::vector<std::uint8_t>(30000, 77));
   const auto image = opened(std::make_shared<const std::vector<std::byte>>(whole->begin(), whole->begin() + 60));

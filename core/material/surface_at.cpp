@@ -254,6 +254,10 @@ SurfaceAt surface_at(const Scene& scene, const Object& object, std::uint32_t pri
           scale(&whitted->reflect, reflectance_of(lookups[use.texture]));
         }
         break;
+      case TextureSlot::glossiness:
+        if (auto* layered = std::get_if<Layered>(&out.surface))
+          layered->roughness = 1 - (1 - layered->roughness) * fraction(lookups[use.texture][use.channel]);
+        break;
       case TextureSlot::sheen_color:
         if (auto* layered = std::get_if<Layered>(&out.surface))
           scale(&layered->sheen_color, color_of(lookups[use.texture]));

@@ -91,7 +91,8 @@ enum class TextureSlot : std::uint8_t {
   clearcoat,
   clearcoat_roughness,
   sheen_color,
-  sheen_roughness
+  sheen_roughness,
+  glossiness  ///< Of `Layered`: what its roughness lacks of 1 is multiplied by it.
 };
 
 /// What the texture says, times the material's own number: but for normals and heights, which have none.

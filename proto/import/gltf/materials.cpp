@@ -20,7 +20,10 @@ class GltfMaterials::Reader {
     Material& material = out_.material;
     MetallicRoughness base;
     read_alpha_mode(object);
-    if (const auto pbr = object.object("pbrMetallicRoughness")) read_base(*pbr, base);
+    // The older model is meant where a file has both: the other is for readers that don't know it.
+    const auto glossy = object.extension("KHR_materials_pbrSpecularGlossiness");
+    const auto pbr = object.object("pbrMetallicRoughness");
+    if (pbr && !glossy) read_base(*pbr, base);
     read_emission(object);
     if (const auto normal = object.object("normalTexture")) {
       float scale = 1;
@@ -38,7 +41,10 @@ class GltfMaterials::Reader {
     material.emits_both_sides = both_sides;
     material.surface = base;
     out_.has_alpha = has_alpha_;
-    read_extensions(object, base);
+    if (glossy)
+      read_specular_glossiness(*glossy);
+    else
+      read_extensions(object, base);
     return std::move(out_);
   }
 
@@ -88,6 +94,28 @@ class GltfMaterials::Reader {
     if (has_alpha_) add(color_texture, TextureSlot::alpha, 3, true);
     add(pair, TextureSlot::roughness, 1);
     add(pair, TextureSlot::metallic, 2);
+  }
+
+  /// A dielectric whose reflectance, head on, is its specular colour: one of infinite index, tinted (KHR_materials_ior
+  /// says so of files that are converted).
+  void read_specular_glossiness(const GltfObject& object) {
+    std::array<float, 4> color{1, 1, 1, 1};
+    std::array<float, 3> specular{1, 1, 1};
+    float glossiness = 1;
+    read_numbers(object.find("diffuseFactor"), color, kFraction);
+    read_numbers(object.find("specularFactor"), specular, kFraction);
+    read(object.find("glossinessFactor"), glossiness, kFraction);
+    if (has_alpha_) out_.material.alpha = color[3];
+    out_.material.surface = Layered{.base_color = {color[0], color[1], color[2]},
+                                    .metallic = 0,
+                                    .roughness = 1 - glossiness,
+                                    .ior = 0,
+                                    .specular_color = rgb(specular)};
+    const auto diffuse = object.object("diffuseTexture"), pair = object.object("specularGlossinessTexture");
+    add(diffuse, TextureSlot::base_color, 0, true);
+    if (has_alpha_) add(diffuse, TextureSlot::alpha, 3, true);
+    add(pair, TextureSlot::specular_color, 0, true);
+    add(pair, TextureSlot::glossiness, 3, true);
   }
 
   void read_emission(const GltfObject& object) {

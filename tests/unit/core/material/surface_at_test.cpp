@@ -67,6 +67,15 @@ TEST(SurfaceAt, NormalMapsLieAsTheirImagesDo) {
   expect_near(normal_map({0, -1, 1, 1, 0, 0}), {-0.5, 1, 1}, "turned");
 }
 
+TEST(SurfaceAt, GlossinessIsWhatRoughnessLacksOfOne) {
+  const auto image = image_of({1, 1, 2, std::vector<float>{0.9F, 0.5F}});
+  Scene scene = square(image, {TextureSlot::glossiness, 0, 3, 1}, kAsItIs);
+  scene.materials[0].surface = Layered{.roughness = 0.25F};
+  SurfacePoint point{};
+  point.geometric_normal = point.shading_normal = {0, 0, 1};
+  EXPECT_EQ(std::get<Layered>(surface_at(scene, scene.objects[0], 0, point).surface).roughness, 0.625F);
+}
+
 TEST(SurfaceAt, TangentsThatAMeshHasStandWhateverTheTransform) {
   const std::vector<Tangent> tangents(4, Tangent{{1, 0, 0}, 1});
   for (const Transform2& transform : {kAsItIs, Transform2{-1, 0, 1, 0, 1, 0}, Transform2{0, -1, 1, 1, 0, 0}})

@@ -13,6 +13,7 @@
 
 #include "proto/import/broken_file.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/support/png_bytes.h"
 
 namespace tessera::proto {
 namespace {
@@ -466,6 +467,34 @@ TEST(Gltf, MaterialsHaveWhatTheFileSays) {
   EXPECT_TRUE(material.emits_both_sides);
   EXPECT_EQ(material.alpha, 0.4F);
   EXPECT_EQ(material.alpha_cutoff, 0.7F);
+}
+
+TEST(Gltf, SpecularAndGlossinessAreMeantWhereAFileHasThem) {
+  GltfBuilder file = triangle();
+  file.json["extensionsUsed"] = file.json["extensionsRequired"] = {"KHR_materials_pbrSpecularGlossiness"};
+  file.json["images"] = {{{"bufferView", file.add_view(png_bytes(4, {9, 9, 9, 9}))}, {"mimeType", "image/png"}}};
+  file.json["textures"] = {{{"source", 0}}};
+  file.primitive()["attributes"]["TEXCOORD_0"] = file.add_floats({0, 0, 1, 0, 0, 1}, 2);
+  file.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {1, 0, 0, 1}}}},
+                             {"extensions",
+                              {{"KHR_materials_pbrSpecularGlossiness",
+                                {{"diffuseFactor", {0.1, 0.2, 0.3, 1}},
+                                 {"specularFactor", {0.4, 0.5, 0.6}},
+                                 {"glossinessFactor", 0.75},
+                                 {"specularGlossinessTexture", {{"index", 0}}}}}}}}};
+  file.primitive()["material"] = 0;
+  const Imported imported = read(file);
+  const Material& material = imported.materials.at(0);
+  const auto& surface = std::get<Layered>(material.surface);
+  EXPECT_EQ(surface.base_color, (Rgb{0.1F, 0.2F, 0.3F}));
+  EXPECT_EQ(surface.specular_color, (Rgb{0.4F, 0.5F, 0.6F}));
+  EXPECT_EQ(surface.roughness, 0.25F);
+  EXPECT_EQ(surface.metallic, 0);
+  EXPECT_EQ(surface.ior, 0);
+  ASSERT_EQ(material.textures.size(), 2U);
+  EXPECT_EQ(material.textures[0].slot, TextureSlot::specular_color);
+  EXPECT_EQ(material.textures[1].slot, TextureSlot::glossiness);
+  EXPECT_EQ(material.textures[1].channel, 3);
 }
 
 TEST(Gltf, OpaqueMaterialsHaveNoAlpha) {

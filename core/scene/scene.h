@@ -86,7 +86,7 @@ Outline world_outline(const Object& object, const Outline& local);
 /// The boxes of all objects.
 std::vector<Aabb> world_bounds(const Scene& scene);
 
-/// Bytes of heap that the scene holds, to a few percent, all textures decoded.
+/// Bytes of heap that the scene holds, to a few percent, all textures decoded; the studio, which all share, left out.
 std::size_t memory_bytes(const Scene& scene);
 
 }  // namespace tessera

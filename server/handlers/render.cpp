@@ -170,7 +170,7 @@ Response render(Services& services, Request& request, unsigned attempt) {
   const Wanted wanted{held->id, draft->image, is_reproducible ? draft->key : held->id, read_preference(request),
                       attempt};
   const auto job = services.jobs.find(held->id);
-  if (!job) return problem_response(job.problem());
+  if (!job) return render_again(services, request, wanted);
   const auto choice = choose_image(request, job->order->settings, draft->image);
   if (!choice) return problem_response(choice.problem());
   const auto until = wanted.preference.until(begin);

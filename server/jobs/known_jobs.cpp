@@ -42,6 +42,7 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
 
 Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known, const PrepareJob& prepare,
                               const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+  bool has_started = false;  // Then it is the job that is wanted, even where it has been forgotten since.
   const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
     const auto begin = Clock::now();
     auto job = prepare(unwanted);
@@ -49,12 +50,13 @@ Result<HeldJob> find_or_start(Services& services, const std::string& key, bool i
     job->parsing = Clock::now() - begin;
     auto id = start_job(services, *job, false);
     if (!id) return {id.problem(), std::nullopt};
+    has_started = true;
     const auto bytes = is_kept_known ? std::optional<std::uint64_t>(id->size()) : std::nullopt;
     return {HeldJob{*id, services.jobs.hold(*id)}, bytes, HeldJob{*id, nullptr}};
   };
   for (;;) {
     auto known = services.known_jobs.get(key, make, abandoned);
-    if (!known || known->hold) return known;
+    if (!known || known->hold || has_started) return known;
     known->hold = services.jobs.hold(known->id);
     const auto job = services.jobs.find(known->id);
     const bool has_ended_early = !job || job->state == JobState::failed || job->state == JobState::canceled;

@@ -185,10 +185,16 @@ void check_parameters(const Request& request, Plane plane, const FormatEntry& fo
   if (format.format != ImageFormat::jpeg)
     refuse({"quality", "subsampling"}, "Only JPEG has this" + comes_as + "add format=jpeg.");
   if (format.format != ImageFormat::exr) refuse({"precision"}, "Only EXR has this" + comes_as + "add format=exr.");
+  const std::string_view background = request.query("background").value_or("");
   if (plane != kColorPlane)
     refuse({"exposure", "tone_map", "background"}, "Only the colour has this; leave it or aov out.");
-  else if (limits_of(format.format).values != PixelValues::display)
-    refuse({"exposure", "tone_map", "background"}, "Only PNG and JPEG have this" + comes_as + "add format=png.");
+  else if (limits_of(format.format).values != PixelValues::display) {
+    refuse({"exposure", "tone_map"}, "Only PNG and JPEG have this" + comes_as + "add format=png.");
+    if (background != "transparent" && background != "environment")
+      refuse({"background"}, "Only PNG and JPEG have a colour behind" + comes_as + "add format=png.");
+  } else if (format.format == ImageFormat::jpeg && background == "transparent") {
+    refuse({"background"}, "A JPEG isn't transparent; give a colour, or add format=png.");
+  }
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ class Drafter {
     if (!text) return std::nullopt;
     const json value = json::parse(*text, nullptr, false);
     if (value.is_number_unsigned() && value > 0U && value <= 0xFFFFFFFFU) return value.get<std::uint32_t>();
-    errors_.add(name, "Give a whole number that is at least 1.");
+    errors_.add(name, "Give a whole number from 1 to 4294967295.");
     return std::nullopt;
   }
 
@@ -156,11 +156,14 @@ class Drafter {
     draft_.image.tone_map =
         std::ranges::find(tone_map_names(), proto::kPictureToneMap, &proto::Choice<ToneMap>::name)->value;
     if (is_transparent) draft_.image.background = read_hex_color(proto::kPictureBackground);
-    const auto aov = request_.query("aov");
-    const auto* const known = std::ranges::find(proto::aov_names(), aov.value_or(""), &proto::Choice<Aov>::name).base();
-    if (!aov || known == proto::aov_names().data() + proto::aov_names().size()) return;  // `choose_image` refuses it.
-    job_["settings"]["aovs"] = {*aov};
-    draft_.expected.aovs.insert(known->value);
+    // One that isn't known `choose_image` refuses.
+    const std::string_view asked = request_.query("aov").value_or("");
+    for (const auto& [aov_name, aov] : proto::aov_names()) {
+      const bool is_cost = aov == Aov::cost_volumes || aov == Aov::cost_primitives;  // counting takes long
+      if (asked != aov_name && (asked != "all" || is_cost)) continue;
+      job_["settings"]["aovs"].push_back(aov_name);
+      draft_.expected.aovs.insert(aov);
+    }
   }
 
   void draft_model() {

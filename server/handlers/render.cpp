@@ -137,6 +137,10 @@ Response answer(Services& services, Request& request, const Wanted& wanted) {
     const auto begin = Clock::now();
     response = picture_response(services, request, *job, *choice, wanted.identity);
     response.headers.emplace_back("Server-Timing", timing_of(*job, Clock::now() - begin));
+    if (const std::uint64_t warnings = status_of(*job, Clock::now()).warnings; warnings > 0) {
+      response.headers.emplace_back("Tessera-Warnings", std::to_string(warnings));
+      response.headers.emplace_back("Link", "</v1/scenes/" + job->order->scene_hash + ">; rel=\"describedby\"");
+    }
   }
   response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
   return response;

@@ -123,6 +123,10 @@ class RenderTest(unittest.TestCase):
         grey = self.render(*self.with_query(query, form([("a.obj", WITH_MTL)])))
         self.assertEqual(len(set(self.middle(grey))), 1)
         warnings = [self.daemon.request("GET", r.headers["Location"]).json()["warnings"] for r in (red, grey)]
+        self.assertNotIn("Tessera-Warnings", red.headers)
+        self.assertEqual(grey.headers["Tessera-Warnings"], str(warnings[1]))
+        scene = grey.headers["Link"].removesuffix('>; rel="describedby"').removeprefix("<")
+        self.assertIn("material library", str(self.daemon.request("GET", scene).json()["warnings"]))
         self.assertEqual((warnings[0], warnings[1] > 0), (0, True))
         # Whatever the boundary is, the order, or the way, it is the same job.
         for body, headers in (

@@ -144,6 +144,7 @@ TEST(ImageChoice, WhatHasNoLookOrPrecisionRefusesIt) {
   }
   for (const char* format : {"png", "jpeg", "hdr"})
     EXPECT_EQ(pointer("precision=float&format=" + std::string(format)), "?precision");
+  EXPECT_EQ(pointer("format=exr&background=ffffff"), "?background");
   EXPECT_EQ(choose("precision=half&format=exr")->encoding.precision, Precision::half);
   EXPECT_EQ(choose("precision=half&aov=all")->encoding.precision, Precision::half);
   EXPECT_EQ(choose("format=exr")->encoding.precision, Precision::single);
@@ -181,6 +182,8 @@ TEST(ImageChoice, ABackgroundIsOfWhatIsTransparent) {
   EXPECT_EQ(choose_of("", true, white)->encoding.look.tone_map, ToneMap::aces);
   EXPECT_FALSE(choose_of("background=transparent", true, white)->encoding.background);
   EXPECT_FALSE(choose_of("", false, white)->encoding.background);
+  EXPECT_TRUE(choose_of("background=transparent&format=exr", true)) << "it is";
+  EXPECT_FALSE(choose_of("background=transparent&format=jpeg", true)) << "it can't be";
   for (const char* other : {"format=exr", "aov=depth"}) {
     const auto choice = choose_of(other, true, white);
     EXPECT_FALSE(choice->encoding.background) << other;

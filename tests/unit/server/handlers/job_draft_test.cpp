@@ -1,5 +1,6 @@
 #include "server/handlers/job_draft.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -83,6 +84,10 @@ TEST(JobDraft, TheQuerySaysWhatIsNotTheDefault) {
   EXPECT_TRUE(draft(model(), "seconds=2")->is_timed);
   EXPECT_FALSE(draft(model(), "error=2")->is_timed);
   EXPECT_EQ(job_of(model(), "aov=depth")["settings"]["aovs"], json{"depth"});
+  const json all = job_of(model(), "aov=all")["settings"]["aovs"];
+  for (const char* aov : {"depth", "normal", "object_id", "albedo", "base_color", "alpha", "variance"})
+    EXPECT_EQ(std::ranges::count(all, aov), 1) << aov;
+  EXPECT_EQ(std::ranges::count(all, "cost_volumes"), 0) << "counting takes long";
   EXPECT_EQ(job_of(model(), "background=environment")["settings"]["transparent"], false);
   EXPECT_FALSE(job_of(model(), "camera=1").contains("camera"));
   EXPECT_EQ(scene_of(model(), "camera=1")["objects"][0]["file_camera"], 1);

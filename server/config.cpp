@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/http/http_syntax.h"
 #include "server/http/request.h"
 
 namespace tessera::server {
@@ -49,6 +50,27 @@ const CLI::Validator kNotNegative(
     [](std::string& text) { return text.starts_with('-') ? std::string("can't be negative") : std::string(); }, "",
     "not negative");
 
+const CLI::Validator kIsHostName(
+    [](std::string& text) {
+      const bool has_port = text.find(':', std::min(text.find(']'), text.size())) != std::string::npos ||
+                            (!text.starts_with('[') && text.find(':') != std::string::npos);
+      const bool is_name = !text.empty() && !has_port && is_host(text);
+      return is_name ? std::string() : "'" + text + "' is no host name; write render.example.org, without a port";
+    },
+    "", "host name");
+
+/// As browsers send it: RFC 6454, 6.2.
+const CLI::Validator kIsOrigin(
+    [](std::string& text) {
+      const std::string_view scheme = text.starts_with("https://") ? "https://" : "http://";
+      const bool is_origin = text.starts_with(scheme) && text.size() > scheme.size() &&
+                             is_host(std::string_view(text).substr(scheme.size())) &&
+                             std::ranges::none_of(text, [](char c) { return c >= 'A' && c <= 'Z'; });
+      return is_origin ? std::string()
+                       : "'" + text + "' is no origin; write https://example.org or http://localhost:3000";
+    },
+    "", "origin");
+
 void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   const auto flag = [&app](const std::string& name, auto& value, const std::string& help) {
     return app.add_option(name, value, help)->envname(variable_of(name))->capture_default_str()->take_last();
@@ -58,9 +80,18 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
         ->transform(CLI::AsSizeValue(true))
         ->transform(kNotNegative);
   };
+  const auto list = [&app](const std::string& name, std::vector<std::string>& values, const std::string& help) {
+    return app.add_option(name, values, help)->envname(variable_of(name))->delimiter(',')->allow_extra_args(false);
+  };
   app.set_config("--config", "", "A file of `flag = value` lines")->envname("TESSERA_CONFIG");
   flag("--host", config.host, "Address to listen on");
   flag("--port", config.port, "Port to listen on; 0 takes any free one");
+  list("--host-name", config.host_names,
+       "Name that requests may call the server by, beside localhost and its addresses; once for each, or with commas")
+      ->check(kIsHostName);
+  list("--cors-origin", config.cors_origins,
+       "Origin of web pages whose scripts may use the server, as https://example.org; none without it")
+      ->check(kIsOrigin);
   flag("--threads", config.threads, "Threads that build and render; 0 takes one per core")
       ->check(CLI::Range(0U, 1024U));
   flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept")->check([](const std::string& text) {
@@ -104,12 +135,20 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->configurable(false);
 }
 
+/// Whether the command line has a flag.
+bool is_given(const std::string& name, int argc, const char* const* argv) {
+  return std::any_of(argv + 1, argv + argc, [&](std::string_view word) {
+    return word.starts_with(name) && (word.size() == name.size() || word[name.size()] == '=');
+  });
+}
+
 /// The command line with the environment's settings before it, as CLI11 wants it: last word first. The library
 /// itself would let the file win over the environment.
 std::vector<std::string> command_line(const CLI::App& app, int argc, const char* const* argv) {
   std::vector<std::string> words;
   for (const CLI::Option* option : app.get_options())
-    if (const char* value = option->get_envname().empty() ? nullptr : std::getenv(option->get_envname().c_str()))
+    if (const char* value = option->get_envname().empty() ? nullptr : std::getenv(option->get_envname().c_str());
+        value && !is_given(option->get_name(), argc, argv))
       words.push_back(option->get_name() + "=" + value);
   words.insert(words.end(), argv + 1, argv + argc);
   std::ranges::reverse(words);
@@ -124,10 +163,7 @@ std::string source_of(const CLI::App& app, const std::string& error, int argc, c
     if (name.empty() || at == std::string::npos || std::isalnum(static_cast<unsigned char>(error[at + name.size()])) ||
         error[at + name.size()] == '-')
       continue;
-    const bool is_given = std::any_of(argv + 1, argv + argc, [&](std::string_view word) {
-      return word.starts_with(name) && (word.size() == name.size() || word[name.size()] == '=');
-    });
-    if (is_given) return "";
+    if (is_given(name, argc, argv)) return "";
     if (!variable.empty() && std::getenv(variable.c_str())) return " (from the environment: " + variable + ")";
     const CLI::Option* file = app.get_config_ptr();
     if (file->count() > 0) return " (from " + file->as<std::string>() + ")";

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "proto/parse.h"
 
@@ -15,8 +16,10 @@ namespace tessera::server {
 /// Everything that can be set about the daemon. Sizes are bytes.
 struct Config {
   std::string host = "127.0.0.1";
-  std::uint16_t port = 8080;  ///< 0: any free one.
-  unsigned threads = 0;       ///< That build and render; at least 1 once `parse_config` has run.
+  std::uint16_t port = 8080;              ///< 0: any free one.
+  std::vector<std::string> host_names;    ///< That the server is called by, beside loopback's and its addresses.
+  std::vector<std::string> cors_origins;  ///< Of web pages whose scripts may use it.
+  unsigned threads = 0;                   ///< That build and render; at least 1 once `parse_config` has run.
   std::filesystem::path data_dir;
   std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.
   std::string log_level = "info";

@@ -16,6 +16,9 @@ constexpr std::array kTable{
                  "The request breaks a rule of HTTP, or has a query parameter that the resource doesn't know or can't "
                  "use, or a form or an archive that can't be used; `detail` and `errors` say which. Sending it again "
                  "won't help."},
+    ProblemEntry{ProblemCode::forbidden, "forbidden", 403, "This is not allowed",
+                 "The server understands the request and won't do it for who asks: it comes from a web page of another "
+                 "origin, which who runs the server can allow by --cors-origin."},
     ProblemEntry{ProblemCode::not_found, "not_found", 404, "There is no such resource",
                  "Nothing is at this path: it is misspelt, or what it names was never there, or has been deleted or "
                  "forgotten. GET /openapi.json lists all paths."},
@@ -47,6 +50,10 @@ constexpr std::array kTable{
                  "neither with a Content-Encoding."},
     ProblemEntry{ProblemCode::expectation_failed, "expectation_failed", 417, "The expectation can not be met",
                  "The Expect header asks for something else than 100-continue."},
+    ProblemEntry{
+        ProblemCode::misdirected_request, "misdirected_request", 421, "The server isn't called by this name",
+        "The Host header names another host than the server takes itself for: who runs it tells it its names by "
+        "--host-name. So that no web page gets at it by turning a name of its own onto its address."},
     ProblemEntry{ProblemCode::invalid_document, "invalid_document", 422, "The document is not valid",
                  "The document is JSON, but not what the schema, or the files that it names, allow; `errors` says "
                  "where, what is wrong and how to mend it."},

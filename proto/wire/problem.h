@@ -14,6 +14,7 @@ namespace tessera::proto {
 enum class ProblemCode {
   malformed_json,
   malformed_request,
+  forbidden,
   not_found,
   method_not_allowed,
   not_acceptable,
@@ -26,6 +27,7 @@ enum class ProblemCode {
   target_too_long,
   unsupported_media_type,
   expectation_failed,
+  misdirected_request,
   invalid_document,
   hash_mismatch,
   too_many_jobs,

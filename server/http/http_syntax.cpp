@@ -65,6 +65,22 @@ bool is_host(std::string_view text) {
   return port.empty() || (port.front() == ':' && std::ranges::all_of(port.substr(1), is_digit));
 }
 
+std::string canonical_host(std::string_view host) {
+  if (host.starts_with('[')) {
+    std::string address(host.substr(1, host.find(']') - 1));
+    in6_addr parsed;
+    if (::inet_pton(AF_INET6, address.substr(0, address.find('%')).c_str(), &parsed) != 1) return address;
+    char text[INET6_ADDRSTRLEN];
+    const bool is_ipv4 = IN6_IS_ADDR_V4MAPPED(&parsed);
+    return ::inet_ntop(is_ipv4 ? AF_INET : AF_INET6, is_ipv4 ? &parsed.s6_addr[12] : &parsed.s6_addr[0], text,
+                       sizeof text);
+  }
+  std::string name(host.substr(0, host.find(':')));
+  if (name.ends_with('.')) name.pop_back();
+  std::ranges::transform(name, name.begin(), lower);
+  return name;
+}
+
 std::string_view trimmed(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
   return text.substr(0, text.find_last_not_of(" \t") + 1);

@@ -23,6 +23,10 @@ bool is_path_and_query(std::string_view text);
 /// Empty where nobody has a name for the server.
 bool is_host(std::string_view text);
 
+/// The host of "host" or "host:port" as it is compared with others: in lower case, without the port and the dot that a
+/// full name may end in; an address in its shortest form, without brackets, an IPv4 one inside IPv6 as IPv4.
+std::string canonical_host(std::string_view host);
+
 /// Without spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 

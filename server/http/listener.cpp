@@ -77,16 +77,18 @@ Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connection
   }
 }
 
-std::string url_of(const FileDescriptor& listening) {
+std::string address_of(int socket) {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
   char host[NI_MAXHOST], port[NI_MAXSERV];
-  if (::getsockname(listening.value(), reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
+  if (::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
       ::getnameinfo(reinterpret_cast<sockaddr*>(&address), size, host, sizeof host, port, sizeof port,
                     NI_NUMERICHOST | NI_NUMERICSERV) != 0)
     throw std::runtime_error("cannot tell the address that is listened on");
   const std::string name = address.ss_family == AF_INET6 ? '[' + std::string(host) + ']' : host;
-  return "http://" + name + ':' + port;
+  return name + ':' + port;
 }
+
+std::string url_of(const FileDescriptor& listening) { return "http://" + address_of(listening.value()); }
 
 }  // namespace tessera::server

@@ -14,6 +14,10 @@ FileDescriptor listen_on(const std::string& host, std::uint16_t port);
 /// queue.
 Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connections& connections);
 
+/// The address that a socket has, or was connected to, as "127.0.0.1:8080" or "[::1]:8080". Throws std::runtime_error
+/// when it can't be told.
+std::string address_of(int socket);
+
 /// "http://127.0.0.1:8080", with the port that it got.
 std::string url_of(const FileDescriptor& listening);
 

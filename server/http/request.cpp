@@ -19,24 +19,26 @@ bool for_each_piece(std::string_view text, char separator, Piece piece) {
   }
 }
 
-/// "http://host/path" becomes "/path": every server has to take the absolute form (RFC 9112, 3.2.2). Nothing when the
-/// host isn't one.
-std::optional<std::string> without_authority(std::string_view text) {
+/// What follows "http://": every server has to take the absolute form (RFC 9112, 3.2.2). Nothing for other forms.
+std::optional<std::string_view> after_scheme(std::string_view text) {
   constexpr std::string_view kScheme = "http://";
-  if (!equal_but_for_case(text.substr(0, kScheme.size()), kScheme)) return std::string(text);
-  text.remove_prefix(kScheme.size());
-  const std::size_t end = std::min(text.find_first_of("/?#"), text.size());
-  if (end == 0 || text.front() == ':' || !is_host(text.substr(0, end))) return std::nullopt;
-  return (text.substr(end).starts_with('/') ? "" : "/") + std::string(text.substr(end));
+  if (!equal_but_for_case(text.substr(0, kScheme.size()), kScheme)) return std::nullopt;
+  return text.substr(kScheme.size());
 }
 
 }  // namespace
 
 std::optional<Target> parse_target(std::string_view given) {
-  const auto path_and_query = without_authority(given);
-  if (!path_and_query || !path_and_query->starts_with('/') || !is_path_and_query(*path_and_query)) return std::nullopt;
-  const std::string_view text = *path_and_query;
   Target target;
+  std::string path_and_query(given);
+  if (const auto absolute = after_scheme(given)) {
+    const std::size_t end = std::min(absolute->find_first_of("/?#"), absolute->size());
+    target.authority = absolute->substr(0, end);
+    if (end == 0 || absolute->front() == ':' || !is_host(target.authority)) return std::nullopt;
+    path_and_query = (absolute->substr(end).starts_with('/') ? "" : "/") + std::string(absolute->substr(end));
+  }
+  if (!path_and_query.starts_with('/') || !is_path_and_query(path_and_query)) return std::nullopt;
+  const std::string_view text = path_and_query;
   const std::size_t question = text.find('?');
   const std::string_view path = text.substr(1, question == std::string_view::npos ? question : question - 1);
   const bool path_ok = for_each_piece(path, '/', [&](std::string_view segment) {
@@ -57,6 +59,11 @@ std::optional<Target> parse_target(std::string_view given) {
   });
   if (!query_ok) return std::nullopt;
   return target;
+}
+
+std::optional<std::string_view> Request::host() const {
+  if (!target.authority.empty()) return target.authority;
+  return header("host");
 }
 
 std::optional<std::string_view> Request::header(const std::string& lower_case_name) const {

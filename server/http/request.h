@@ -17,6 +17,7 @@ namespace tessera::server {
 struct Target {
   std::vector<std::string> segments;  ///< Of the path: "/v1/jobs" is {"v1", "jobs"}, "/" is {""}; none: the server.
   std::vector<std::pair<std::string, std::string>> query;
+  std::string authority = {};  ///< "host" or "host:port" of a target in absolute form; empty in any other.
 };
 
 /// Splits "/path?query" (or "http://host/path?query") and undoes percent encoding. Nothing when it isn't one
@@ -34,6 +35,9 @@ struct Request {
   std::shared_ptr<ReceivedFile> file;          ///< Where the route takes a file.
   std::stop_token abandoned;                   ///< Requested when nobody waits for the answer any more.
 
+  /// Whom it is for, as "host" or "host:port" (RFC 9112, 3.2.2): what the target says, or else the Host header; nothing
+  /// where neither is there, as in HTTP/1.0.
+  std::optional<std::string_view> host() const;
   /// The header's value, or nothing.
   std::optional<std::string_view> header(const std::string& lower_case_name) const;
   /// The first value of a query parameter, or nothing.

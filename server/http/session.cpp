@@ -22,6 +22,8 @@
 #include "proto/wire/printable.h"
 #include "server/config.h"
 #include "server/http/chunked_body.h"
+#include "server/http/cross_site.h"
+#include "server/http/listener.h"
 #include "server/http/request_head.h"
 #include "server/http/response_head.h"
 #include "server/http/router.h"
@@ -142,7 +144,8 @@ class Session {
         connections_(connections),
         services_(connections.services),
         waiting_(loop, channel_, services_.jobs),
-        timeout_(services_.config.timeout) {}
+        timeout_(services_.config.timeout),
+        local_address_(address_of(channel_.socket())) {}
 
   Task<bool> run() {
     bool goes_on = true;
@@ -214,7 +217,21 @@ class Session {
     Response response;
     Request request;
     request.abandoned = channel_.broken();
-    if (auto wrong = read_request(head, request)) {
+    if (auto wrong = read_request(head, request))
+      response = refuse(*wrong);
+    else
+      response = co_await respond(head, request);
+    allow_origin(services_.config, request, response);
+    co_return response;
+  }
+
+  Task<Response> respond(const RequestHead& head, Request& request) {
+    Response response;
+    if (auto wrong = refuse_host(services_.config, request, local_address_)) {
+      response = refuse(*wrong);
+      co_return response;
+    }
+    if (auto wrong = refuse_origin(services_.config, request)) {
       response = refuse(*wrong);
       co_return response;
     }
@@ -463,6 +480,7 @@ class Session {
   Services& services_;
   Waiting waiting_;
   const std::chrono::seconds timeout_;
+  const std::string local_address_;  ///< That the client has connected to, as "host:port".
   Input input_;
   bool has_expired_ = false;   ///< The last `receive` came too late.
   bool body_is_read_ = false;  ///< Of the request at hand.

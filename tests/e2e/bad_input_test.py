@@ -273,7 +273,7 @@ class RawRequestTest(unittest.TestCase):
             return answer
 
     def test_requests_that_break_off(self):
-        whole = b"POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{"
+        whole = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{"
         for length in (1, 20, 60, len(whole)):
             with self.subTest(length=length):
                 answer = self.exchange(whole[:length], half_close=True)
@@ -281,10 +281,10 @@ class RawRequestTest(unittest.TestCase):
 
     def test_pipelined_requests_are_answered_in_order(self):
         body = json.dumps({"wrong": 1}).encode()
-        one = b"POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n%b"
-        requests = [b"GET /livez HTTP/1.1\r\nHost: a\r\n\r\n", one % (len(body), body),
-                    b"HEAD /v1/version HTTP/1.1\r\nHost: a\r\n\r\n",
-                    b"GET http://a/readyz HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"]
+        one = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n%b"
+        requests = [b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n", one % (len(body), body),
+                    b"HEAD /v1/version HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                    b"GET http://localhost/readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"]
         answer = self.exchange(b"".join(requests))
         statuses = re.findall(rb"^HTTP/1.1 (\d+) ", answer, re.MULTILINE)
         self.assertEqual(statuses, [b"200", b"422", b"200", b"200"])

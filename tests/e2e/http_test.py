@@ -151,8 +151,17 @@ CASES = [
     ("9112 3.2", "two Hosts in HTTP/1.0", b"GET /livez HTTP/1.0\r\nHost: a\r\nHost: b\r\n\r\n", 400),
     ("9112 3.2", "two of them, in other letters", GET + b"HOST: a\r\n\r\n", 400),
     *[("9112 3.2", f"Host: {host!r}", b"GET /livez HTTP/1.1\r\nHost: " + host + b"\r\n\r\n", 200)
-      for host in (b"", b"a", b"a.b.c", b"a:80", b"a:", b"127.0.0.1", b"127.0.0.1:8080", b"[::1]", b"[::1]:8080",
-                   b"xn--nxasmq6b", b"a_b", b"A.B", b"a%20b", b"  a  ", b"[2001:db8::7]")],
+      for host in (b"a", b"a.b.c", b"a:80", b"a:", b"127.0.0.1", b"127.0.0.1:8080", b"[::1]", b"[::1]:8080", b"A.B.C",
+                   b"a.", b"  a  ", b"localhost", b"LocalHost:9", b"localhost.", b"[0:0:0:0:0:0:0:1]",
+                   b"[::ffff:127.0.0.1]")],
+    *[("9110 7.4", f"Host: {host!r} isn't this server", b"GET /livez HTTP/1.1\r\nHost: " + host + b"\r\n\r\n", 421)
+      for host in (b"", b"xn--nxasmq6b", b"a_b", b"A.B", b"a%20b", b"[2001:db8::7]", b"c", b"evil.example:8080",
+                   b"localhost.evil.example", b"127.0.0.1.evil.example", b"a.b.c.d", b"localhosta", b"0.0.0.0",
+                   b"8.8.8.8", b"127.0.0.2", b"2130706433", b"[::]")],
+    ("9110 7.4", "the absolute form has another host", b"GET http://c/livez HTTP/1.1\r\n" + H + b"\r\n", 421),
+    ("9110 7.4", "before a body is read", POST.replace(b"Host: a", b"Host: c") + b"Content-Length: 15\r\n"
+     b"Expect: 100-continue\r\n\r\n", 421),
+    ("9110 7.4", "HTTP/1.0 with another host", b"GET /livez HTTP/1.0\r\nHost: c\r\n\r\n", 421),
     *[("9112 3.2", f"Host: {host!r}", b"GET /livez HTTP/1.1\r\nHost: " + host + b"\r\n\r\n", 400)
       for host in (b"a b", b"a, b", b"a,b", b"a/b", b"http://a", b"u@a", b"a:b", b"a:80:90", b"a:-1", b"[::1", b"::1",
                    b"[::1]a", b"[a]", b"[]", b"a?b", b"a#b", b"<a>", b"a\tb", b"\xc3\xa4", b"a\\b", b'"a"', b"a b:80")],
@@ -312,7 +321,7 @@ def responses(answer, head_at=()):
 class HttpTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon("--timeout", "2")
+        cls.daemon = Daemon("--timeout", "2", "--host-name", "a,b", "--host-name", "a.b.c")
         cls.addClassCleanup(cls.daemon.stop)
 
     def tearDown(self):
@@ -432,7 +441,7 @@ class HttpTest(unittest.TestCase):
                 self.assertEqual(get.headers[name], head.headers[name], path)
 
     def test_a_body_beyond_the_limit(self):
-        with Daemon("--max-body", "1000") as daemon:
+        with Daemon("--max-body", "1000", "--host-name", "a") as daemon:
             self.daemon, shared = daemon, self.daemon
             try:
                 for sent in (post(b"Content-Length: 1001\r\n", b" " * 1001),

@@ -13,7 +13,7 @@ import unittest
 from daemon import Daemon
 from documents import SMALL_JOB, SPHERE
 
-POST = b"POST /v1/scenes HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+POST = b"POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
 MIB = 1 << 20
 
 
@@ -150,12 +150,12 @@ class ConnectionsTest(unittest.TestCase):
         with Daemon("--max-connections", "3", "--timeout", "60") as daemon:
             held = [connect(daemon) for _ in range(3)]
             for connection in held:
-                connection.sendall(b"GET /livez HTTP/1.1\r\nHost: a\r\n\r\n")
+                connection.sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 self.assertTrue(connection.recv(1000).startswith(b"HTTP/1.1 200 "))
             with connect(daemon) as waiting:
-                waiting.sendall(b"GET /livez HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n")
+                waiting.sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
                 for _ in range(20):  # Those that are open are served meanwhile.
-                    held[0].sendall(b"GET /readyz HTTP/1.1\r\nHost: a\r\n\r\n")
+                    held[0].sendall(b"GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n")
                     self.assertTrue(held[0].recv(1000).startswith(b"HTTP/1.1 200 "))
                 self.assertEqual(select.select([waiting], [], [], 0)[0], [])
                 held.pop().close()
@@ -233,7 +233,7 @@ class HangUpTest(unittest.TestCase):
     def test_requests_behind_it_arent_lost(self):
         scene = large_scene()
         with Daemon() as daemon, connect(daemon) as connection:
-            connection.sendall(whole_post(scene) + b"GET /livez HTTP/1.1\r\nHost: a\r\n\r\n" * 3)
+            connection.sendall(whole_post(scene) + b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n" * 3)
             connection.shutdown(socket.SHUT_WR)
             answer = read_all(connection)
             self.assertEqual(answer.count(b"HTTP/1.1 200 "), 3, answer[:300])

@@ -69,7 +69,7 @@ class OpenApiTest(unittest.TestCase):
         responses = self.document["paths"][template][method]["responses"]
         self.assertIn(str(reply.status), responses, f"{context} isn't documented: {reply.body[:300]}")
         self.seen.add((method, template, str(reply.status)))
-        response = responses[str(reply.status)]
+        response = resolve(self.document, responses[str(reply.status)])
         for name, header in response.get("headers", {}).items():
             header = resolve(self.document, header)
             if header.get("required") is False and name not in reply.headers:
@@ -99,6 +99,7 @@ class OpenApiTest(unittest.TestCase):
         self.exercise_render()
         self.exercise_drake()
         self.exercise_bad_requests()
+        self.exercise_strangers()
         self.exercise_shutdown()
         documented = {
             (method, path, status)
@@ -256,6 +257,15 @@ class OpenApiTest(unittest.TestCase):
                 self.assertIn(method.upper(), head.headers["Allow"].split(", "))
                 options = daemon.request("OPTIONS", path)
                 self.assertEqual((options.status, options.headers["Allow"]), (204, head.headers["Allow"]))
+
+    def exercise_strangers(self):
+        """What anybody is told, of every route."""
+        with Daemon("--drake") as daemon:
+            for method, template, _ in self.operations():
+                names = {"hash": content_hash(b""), "id": "0", "code": "not_found"}
+                self.ask(daemon, 421, method, template, headers={"Host": "evil.example"}, **names)
+                if method != "get":
+                    self.ask(daemon, 403, method, template, headers={"Origin": "http://evil.example"}, **names)
 
     def exercise_shutdown(self):
         """While one request is still being sent, another hears that the daemon is about to stop."""

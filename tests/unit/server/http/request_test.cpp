@@ -30,6 +30,16 @@ TEST(Target, AbsoluteFormIsItsPath) {
   EXPECT_EQ(parse_target("http://host?a=b/c")->query[0].second, "b/c");
 }
 
+TEST(Target, SaysWhomTheRequestIsFor) {
+  Request request;
+  EXPECT_EQ(request.host(), std::nullopt);
+  request.headers["host"] = "a";
+  request.target = *parse_target("/livez");
+  EXPECT_EQ(request.host(), "a");
+  request.target = *parse_target("http://b:80/livez");
+  EXPECT_EQ(request.host(), "b:80");
+}
+
 TEST(Target, RefusesWhatIsNone) {
   for (const char* text : {"", "*", "livez", "https://host/", "/%", "/%2", "/%zz", "/a?b=%1", "/a#b", "/a b",
                            "/\xC3\xA4", "/a|b", "/a?<", "http:///a", "http://u@host/a", "http://:80/"})

@@ -41,6 +41,7 @@ proto::JobStatus status_of(const json& document) {
 }  // namespace
 
 std::string Client::call(HttpRequest request) const {
+  request.key = key_;
   HttpResponse response = exchange(address_, std::move(request));
   if (!is_success(response.status)) throw refusal(response);
   return std::move(response.body);

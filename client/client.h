@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -30,7 +31,8 @@ struct ImageRequest {
 /// Safe to call from any number of threads.
 class Client {
  public:
-  explicit Client(ServerAddress address) : address_(std::move(address)) {}
+  /// `key` is shown to the server with every call; empty for none.
+  explicit Client(ServerAddress address, std::string key = {}) : address_(std::move(address)), key_(std::move(key)) {}
 
   /// Makes the file's bytes known to the server under their hash. Throws local_file, too.
   void upload(const std::filesystem::path& file, const proto::ContentHash& hash) const;
@@ -72,6 +74,7 @@ class Client {
   std::string call(HttpRequest request) const;
 
   ServerAddress address_;
+  std::string key_;
 };
 
 }  // namespace tessera::client

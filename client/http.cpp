@@ -132,6 +132,7 @@ http::request<Body> head_of(const ServerAddress& address, const HttpRequest& req
   head.set(http::field::host, to_url(address).substr(kScheme.size()));
   head.set(http::field::user_agent, "tessera");
   head.set(http::field::connection, "close");
+  if (!request.key.empty()) head.set(http::field::authorization, "Bearer " + request.key);
   if (!request.content_type.empty()) head.set(http::field::content_type, request.content_type);
   return head;
 }

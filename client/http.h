@@ -29,6 +29,7 @@ struct HttpRequest {
   std::string target;  ///< Path and query, encoded.
   std::string content_type{};
   std::variant<std::string, std::filesystem::path> body{};  ///< A path streams that file.
+  std::string key{};                                        ///< Shown to the server; empty for none.
 };
 
 struct HttpResponse {

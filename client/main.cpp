@@ -74,6 +74,7 @@ ExitCode run(int argc, char** argv) {
   // Known before the command line is understood, which may be what fails.
   session.json = std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
   tool.add_option("--server", session.server_url, "The server's URL")->envname("TESSERA_SERVER")->capture_default_str();
+  tool.add_option("--key-file", session.key_file, "File that holds the key for the server; else TESSERA_KEY does");
   tool.add_flag("--json", session.json, "Answers on stdout are JSON, and so are errors on stderr");
   add_render(tool, session);
   add_submit(tool, session);
@@ -83,6 +84,7 @@ ExitCode run(int argc, char** argv) {
   add_cancel_and_delete(tool, session);
   add_plan_and_stats(tool, session);
   add_capabilities(tool, session);
+  add_keys(tool, session);
 
   run_commands(tool, session, argc, argv);
   return session.finish();

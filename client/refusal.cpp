@@ -18,6 +18,8 @@ struct Title {
 constexpr Title kTitles[] = {
     {"malformed_json", "The server can't read the document", true},
     {"malformed_request", "The server can't do what was asked", true},
+    {"unauthorized", "The server wants a valid key; give it by --key-file or TESSERA_KEY", true},
+    {"forbidden", "The server doesn't allow this", true},
     {"not_found", "", true},
     {"method_not_allowed", "The server doesn't know this command; it may be of another version", false},
     {"not_acceptable", "The image doesn't come so", true},
@@ -34,6 +36,8 @@ constexpr std::pair<std::string_view, std::string_view> kClauses[] = {
     {"/settings/aovs", "submit it with --aov"},
     {"name it by blob", ""},
     {"POST it again", "submit it again"},
+    {"`tessera keys add`", ""},
+    {"Authorization", ""},
     {"/v1/jobs", "'tessera list' lists all"},
     {"/v1/scenes", "submit the scene itself"},
     {"/v1/blobs", "name the file by its path"},

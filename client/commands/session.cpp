@@ -1,6 +1,10 @@
 #include "client/commands/session.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
@@ -58,6 +62,20 @@ ExitCode exit_code(Failure::Kind kind) {
   return ExitCode::refused;
 }
 
+/// Empty where there is none.
+std::string read_key(const std::string& path) {
+  const char* variable = std::getenv("TESSERA_KEY");
+  std::string key = variable ? variable : "";
+  if (!path.empty()) {
+    std::ifstream file(path);
+    if (!(file >> key)) throw Failure(Failure::Kind::local_file, "can't read a key from " + path);
+  }
+  const auto is_printable = [](char c) { return c > ' ' && c < 0x7F; };
+  if (!std::ranges::all_of(key, is_printable))
+    throw Failure(Failure::Kind::usage, "the key holds characters that no key has");
+  return key;
+}
+
 void write_to_stderr(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
 
 }  // namespace
@@ -65,7 +83,7 @@ void write_to_stderr(const std::string& line) { std::fputs((line + '\n').c_str()
 Client Session::client() const {
   const auto address = parse_server_url(server_url);
   if (!address) throw CLI::ValidationError("--server", "'" + server_url + "' isn't a URL like http://127.0.0.1:8080");
-  return Client(*address);
+  return Client(*address, read_key(key_file));
 }
 
 void Session::print(std::string_view line) { answer_ += proto::printable(line) + '\n'; }

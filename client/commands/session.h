@@ -29,9 +29,12 @@ enum class ExitCode {
 class Session {
  public:
   std::string server_url = "http://127.0.0.1:8080";
+  std::string key_file;
   bool json = false;
   ExitCode exit_code = ExitCode::ok;
 
+  /// Shows the server the key of `key_file`, or else of the environment's TESSERA_KEY: the command line would tell it
+  /// to whoever lists processes. Throws `CLI::ValidationError`, `Failure`.
   Client client() const;
 
   /// Adds to the answer, which `finish` writes.

@@ -92,6 +92,11 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   list("--cors-origin", config.cors_origins,
        "Origin of web pages whose scripts may use the server, as https://example.org; none without it")
       ->check(kIsOrigin);
+  app.add_flag("--require-keys", config.require_keys, "Answer nobody without a key, even while there are no keys")
+      ->envname(variable_of("--require-keys"));
+  app.add_flag("--insecure-no-keys", config.insecure_no_keys,
+               "Start on an address beyond loopback though there are no keys: whoever reaches it may do everything")
+      ->envname(variable_of("--insecure-no-keys"));
   flag("--threads", config.threads, "Threads that build and render; 0 takes one per core")
       ->check(CLI::Range(0U, 1024U));
   flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept")->check([](const std::string& text) {

@@ -19,6 +19,8 @@ struct Config {
   std::uint16_t port = 8080;              ///< 0: any free one.
   std::vector<std::string> host_names;    ///< That the server is called by, beside loopback's and its addresses.
   std::vector<std::string> cors_origins;  ///< Of web pages whose scripts may use it.
+  bool require_keys = false;              ///< Everybody has to show a key, though none may have been made yet.
+  bool insecure_no_keys = false;          ///< Start without keys where others than this machine reach the server.
   unsigned threads = 0;                   ///< That build and render; at least 1 once `parse_config` has run.
   std::filesystem::path data_dir;
   std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.

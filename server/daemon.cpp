@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
 #include <variant>
@@ -21,16 +23,20 @@
 #include "core/accel/wide/wide_accel.h"
 #include "core/accel/wide/wide_build.h"
 #include "core/math/float_environment.h"
+#include "server/http/http_syntax.h"
+#include "server/http/key_ring.h"
 #include "server/http/listener.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/known_jobs.h"
+#include "server/jobs/quotas.h"
 #include "server/log.h"
 #include "server/memory_reserve.h"
 #include "server/services.h"
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
 #include "server/store/image_cache.h"
+#include "server/store/owners.h"
 #include "server/store/scene_store.h"
 #include "server/store/structure_cache.h"
 #include "server/store/wide_store.h"
@@ -68,6 +74,8 @@ StructureCache::Make make_from(const std::optional<WideStore>& store, unsigned t
 struct Backend {
   explicit Backend(const Config& config)
       : folder(config.data_dir),
+        keys(config.data_dir, config.require_keys),
+        owners(folder.owners()),
         blobs(folder.blobs(), config.asset_root),
         scenes(folder.scenes(), blobs, config.documents, config.scene_cache),
         wide_store(open_wide_store(config)),
@@ -76,9 +84,12 @@ struct Backend {
         images(config.image_cache),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
-        services{config, blobs, scenes, jobs, known_jobs, images, runner} {}
+        services{config, keys, owners, quotas, blobs, scenes, jobs, known_jobs, images, runner} {}
 
   DataFolder folder;
+  KeyRing keys;
+  Owners owners;
+  Quotas quotas;
   BlobStore blobs;
   SceneStore scenes;
   std::optional<WideStore> wide_store;
@@ -136,13 +147,22 @@ void set_level_again(const ReadConfig& read_again) {
   }
 }
 
+void read_keys_again(KeyRing& keys) {
+  try {
+    spdlog::info("SIGHUP: there are {} keys", keys.reload());
+  } catch (const std::exception& error) {
+    spdlog::error("SIGHUP: the keys stay as they are: {}", error.what());
+  }
+}
+
 /// Works until a signal says that it is enough.
-void wait_for_end(const sigset_t& signals, const ReadConfig& read_again) {
+void wait_for_end(const sigset_t& signals, const ReadConfig& read_again, KeyRing& keys) {
   for (int signal = 0;;) {
     if (sigwait(&signals, &signal) != 0) continue;
     if (signal != SIGHUP) return spdlog::info("signal {}: stopping", signal);
     try {
       set_level_again(read_again);
+      read_keys_again(keys);
     } catch (const std::exception& error) {
       spdlog::error("SIGHUP: {}", error.what());
     }
@@ -156,18 +176,32 @@ std::uint32_t most_connections(const Config& config) {
   return static_cast<std::uint32_t>(std::min<rlim_t>(config.max_connections, std::max<rlim_t>(files.rlim_cur / 2, 1)));
 }
 
+/// Throws where strangers could come in by mistake.
+void expect_keys_beyond_loopback(const Config& config, const KeyRing& keys, const FileDescriptor& listening) {
+  const std::string address = canonical_host(address_of(listening.value()));
+  if (!keys.is_open() || address.starts_with("127.") || address == "::1") return;
+  if (config.insecure_no_keys)
+    return spdlog::warn("there are no keys: whoever reaches {} may do everything (--insecure-no-keys)", config.host);
+  throw std::runtime_error("others than this machine can reach --host " + config.host +
+                           ", and there are no keys. Make one: tessera keys add --data-dir '" +
+                           config.data_dir.string() +
+                           "' --owner NAME. Or listen on 127.0.0.1. Or, where something else keeps strangers out, say "
+                           "--insecure-no-keys.");
+}
+
 void serve_until_signal(const Config& config, const ReadConfig& read_again, const sigset_t& signals, Log& log) {
   MemoryReserve::refill();
   Backend backend(config);
   Lane quick(kQuickThreads), slow(kSlowThreads);
   Connections connections{backend.services, quick, slow, most_connections(config)};
   const FileDescriptor listening = listen_on(config.host, config.port);
+  expect_keys_beyond_loopback(config, backend.keys, listening);
   IoThreads io;
   io.start(listening, connections);
   std::cout << "listening on " << url_of(listening) << std::endl;
   spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
 
-  wait_for_end(signals, read_again);
+  wait_for_end(signals, read_again, backend.keys);
   backend.services.shutting_down = true;
   ::shutdown(listening.value(), SHUT_RD);  // Nobody connects any more.
   backend.jobs.shut_down();

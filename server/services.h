@@ -6,8 +6,11 @@ namespace tessera::server {
 
 struct Config;
 class BlobStore;
+class KeyRing;
 class KnownJobs;
 class ImageCache;
+class Owners;
+class Quotas;
 class SceneStore;
 class JobTable;
 class JobRunner;
@@ -15,6 +18,9 @@ class JobRunner;
 /// What handlers work with. Everything in it is safe to use from any number of threads.
 struct Services {
   const Config& config;
+  KeyRing& keys;
+  Owners& owners;
+  Quotas& quotas;
   BlobStore& blobs;
   SceneStore& scenes;
   JobTable& jobs;

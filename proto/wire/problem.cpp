@@ -16,9 +16,14 @@ constexpr std::array kTable{
                  "The request breaks a rule of HTTP, or has a query parameter that the resource doesn't know or can't "
                  "use, or a form or an archive that can't be used; `detail` and `errors` say which. Sending it again "
                  "won't help."},
-    ProblemEntry{ProblemCode::forbidden, "forbidden", 403, "This is not allowed",
-                 "The server understands the request and won't do it for who asks: it comes from a web page of another "
-                 "origin, which who runs the server can allow by --cors-origin."},
+    ProblemEntry{ProblemCode::unauthorized, "unauthorized", 401, "A key is needed",
+                 "The server answers nobody without a key, and none was shown, or one that isn't valid. Send it as the "
+                 "header Authorization: Bearer and the key; who runs the server makes one with `tessera keys add`."},
+    ProblemEntry{
+        ProblemCode::forbidden, "forbidden", 403, "This is not allowed",
+        "The server understands the request and won't do it for who asks: the key lacks a scope, or doesn't "
+        "let its bearer do so much; or the request comes from a web page of another origin, which who runs the "
+        "server can allow by --cors-origin."},
     ProblemEntry{ProblemCode::not_found, "not_found", 404, "There is no such resource",
                  "Nothing is at this path: it is misspelt, or what it names was never there, or has been deleted or "
                  "forgotten. GET /openapi.json lists all paths."},
@@ -62,6 +67,9 @@ constexpr std::array kTable{
                  "file changed on its way."},
     ProblemEntry{ProblemCode::too_many_jobs, "too_many_jobs", 429, "Too many jobs are waiting",
                  "As many jobs wait or render as the server takes. Try again when some have ended."},
+    ProblemEntry{ProblemCode::quota_exceeded, "quota_exceeded", 429, "The key's quota is used up",
+                 "More was asked for than the key lets its bearer have, in requests, jobs, samples or stored bytes; "
+                 "`detail` says which, Retry-After when there is some of it again."},
     ProblemEntry{ProblemCode::headers_too_large, "headers_too_large", 431, "The headers are too large",
                  "The headers, or the trailers after a chunked body, are longer or more than the server takes."},
     ProblemEntry{ProblemCode::out_of_memory_budget, "out_of_memory_budget", 503, "The server is short of memory",

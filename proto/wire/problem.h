@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,6 +16,7 @@ namespace tessera::proto {
 enum class ProblemCode {
   malformed_json,
   malformed_request,
+  unauthorized,
   forbidden,
   not_found,
   method_not_allowed,
@@ -31,6 +34,7 @@ enum class ProblemCode {
   invalid_document,
   hash_mismatch,
   too_many_jobs,
+  quota_exceeded,
   headers_too_large,
   out_of_memory_budget,
   not_ready,
@@ -67,6 +71,8 @@ struct Problem {
   ProblemCode code = ProblemCode::internal_error;
   std::string detail;
   std::vector<FieldError> errors;
+  std::optional<std::uint32_t> retry_after =
+      std::nullopt;  ///< Seconds until trying again makes sense, where that is known.
 };
 
 nlohmann::json to_json(const Problem& problem);

@@ -103,8 +103,9 @@ std::string listed(const std::vector<const NamedFile*>& files) {
 
 class AssetOpener {
  public:
-  AssetOpener(Services& services, const std::stop_token& abandoned) : services_(services), abandoned_(abandoned) {
-    asset_.files = std::make_unique<RequestFiles>(services.blobs);
+  AssetOpener(Services& services, const Principal& who, const std::stop_token& abandoned)
+      : services_(services), abandoned_(abandoned) {
+    asset_.files = std::make_unique<RequestFiles>(OwnFiles(services, who));
   }
 
   Result<Asset> open_form(std::string_view content_type, ReceivedFile& body) {
@@ -229,7 +230,7 @@ Result<proto::SourceFile> RequestFiles::asset(std::string_view relative_path, co
 
 Result<Asset> open_asset(Services& services, Request& request) {
   const std::string_view content_type = request.header("content-type").value_or("");
-  AssetOpener opener(services, request.abandoned);
+  AssetOpener opener(services, request.who, request.abandoned);
   if (is_media_type(content_type, "multipart/form-data")) return opener.open_form(content_type, *request.file);
   return opener.open_one({"body", std::string(content_type), request.file});
 }

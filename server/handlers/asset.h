@@ -4,9 +4,11 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "proto/file_source.h"
 #include "proto/import/import.h"
+#include "server/handlers/own.h"
 #include "server/http/request.h"
 #include "server/services.h"
 #include "server/store/received_file.h"
@@ -14,10 +16,10 @@
 namespace tessera::server {
 
 /// The files of a request, as blobs: there for as long as the request is, so that nothing of them has to be written to
-/// the disk for good, nor copied. What they aren't is looked for among the server's own.
+/// the disk for good, nor copied. What they aren't is looked for among those on the server.
 class RequestFiles : public proto::FileSource {
  public:
-  explicit RequestFiles(const proto::FileSource& others) : others_(others) {}
+  explicit RequestFiles(OwnFiles others) : others_(std::move(others)) {}
 
   /// Gives the file's hash.
   proto::ContentHash add(std::shared_ptr<ReceivedFile> file);
@@ -26,7 +28,7 @@ class RequestFiles : public proto::FileSource {
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override;
 
  private:
-  const proto::FileSource& others_;
+  const OwnFiles others_;
   std::map<proto::ContentHash, std::shared_ptr<ReceivedFile>> files_;
 };
 

@@ -130,7 +130,8 @@ Problem job_problem(Problem problem) {
   return problem;
 }
 
-Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const std::stop_token& abandoned) {
+Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const Principal& who,
+                            const std::stop_token& abandoned) {
   const FormScene files(services.blobs, form.scene, form.scene_sha256);
   const auto found = find_drake_view(form.scene);
   const std::string key = "drake " + (found ? found->rest : form.scene_sha256);
@@ -148,7 +149,7 @@ Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const std
   job.settings = settings_of(form);
   job.has_image = true;
   job.name = "drake";
-  auto prepared = prepare_job(services, std::move(job), abandoned);
+  auto prepared = prepare_job(services, std::move(job), who, abandoned);
   if (!prepared) return job_problem(prepared.problem());
   return prepared;
 }
@@ -194,7 +195,8 @@ Response render(Services& services, Request& request, unsigned attempt) {
                           {{"scene_sha256", "\"scene\" came with another hash, " + hash + "; send it again."}}});
   const Wanted known{"", key_of(*form), choice_of(*form), attempt};
   const auto job = find_or_start(
-      services, known.key, true, [&](const std::stop_token& unwanted) { return prepare(services, *form, unwanted); },
+      services, known.key, true,
+      [&](const std::stop_token& unwanted) { return prepare(services, *form, request.who, unwanted); }, request.who,
       [&](const JobView& view) {
         return view.image != proto::ImageState::gone || is_encoded(services, view.id, known.choice);
       },

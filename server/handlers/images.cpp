@@ -17,6 +17,7 @@
 #include "proto/wire/sha256.h"
 #include "server/handlers/handlers.h"
 #include "server/handlers/image_choice.h"
+#include "server/handlers/own.h"
 #include "server/handlers/picture.h"
 #include "server/http/lane.h"
 #include "server/jobs/job_table.h"
@@ -190,7 +191,7 @@ Response picture_response(Services& services, const Request& request, const JobV
 }
 
 Response fetch_image(Services& services, Request& request) {
-  const auto job = services.jobs.find(request.parameter);
+  const auto job = find_job(services, request);
   if (!job) return problem_response(job.problem());
   const auto choice = choose_image(request, job->order->settings);
   if (!choice) return problem_response(choice.problem());

@@ -7,6 +7,7 @@
 #include "proto/parse.h"
 #include "server/config.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/own.h"
 #include "server/http/query_errors.h"
 #include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
@@ -34,9 +35,10 @@ std::optional<std::size_t> read_limit(const Request& request) {
 }  // namespace
 
 Response post_job(Services& services, Request& request) {
-  auto parsed = proto::parse_job(request.body, services.blobs, services.config.documents, request.abandoned);
+  const OwnFiles files(services, request.who);
+  auto parsed = proto::parse_job(request.body, files, services.config.documents, request.abandoned);
   if (!parsed) return problem_response(parsed.problem());
-  const auto job = prepare_job(services, *std::move(parsed), request.abandoned);
+  const auto job = prepare_job(services, *std::move(parsed), request.who, request.abandoned);
   if (!job) return problem_response(job.problem());
   const auto id = start_job(services, *job);
   if (!id) return problem_response(id.problem());
@@ -56,7 +58,9 @@ Response list_jobs(Services& services, Request& request) {
     errors.add("state", "Give one of queued, preparing, rendering, completed, failed and canceled.");
   if (!errors.empty()) return problem_response(std::move(errors).as_problem());
 
-  auto jobs = services.jobs.list(request.query("after").value_or(""), *limit + 1, state);
+  auto jobs =
+      services.jobs.list(request.query("after").value_or(""), *limit + 1, state,
+                         request.who.may(proto::Scope::admin) ? std::nullopt : std::optional(request.who.owner));
   nlohmann::json body{{"jobs", nlohmann::json::array()}};
   if (jobs.size() > *limit) {
     jobs.pop_back();
@@ -67,16 +71,18 @@ Response list_jobs(Services& services, Request& request) {
 }
 
 Response show_job(Services& services, Request& request) {
-  const auto job = services.jobs.find(request.parameter);
+  const auto job = find_job(services, request);
   return job ? json_response(200, status_json(*job)) : problem_response(job.problem());
 }
 
 Response cancel_job(Services& services, Request& request) {
+  if (const auto found = find_job(services, request); !found) return problem_response(found.problem());
   const auto job = services.jobs.cancel(request.parameter);
   return job ? json_response(202, status_json(*job)) : problem_response(job.problem());
 }
 
 Response delete_job(Services& services, Request& request) {
+  if (const auto found = find_job(services, request); !found) return problem_response(found.problem());
   if (const auto problem = services.jobs.remove(request.parameter)) return problem_response(*problem);
   services.images.drop_all(request.parameter + ' ');
   return {204, {}, ""};

@@ -169,7 +169,7 @@ Response render(Services& services, Request& request, unsigned attempt) {
   }
 
   const auto has_it = [&](const JobView& job) { return is_of_use(services, request, job, *draft); };
-  const auto held = find_or_start(services, *asset, *draft, has_it, request.abandoned);
+  const auto held = find_or_start(services, *asset, *draft, request.who, has_it, request.abandoned);
   if (!held) return problem_response(held.problem());
   const Wanted wanted{held->id, draft->image, is_reproducible ? draft->key : held->id, read_preference(request),
                       attempt};

@@ -7,6 +7,7 @@
 #include "core/render/render.h"
 #include "server/handlers/accel_json.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/own.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_table.h"
 
@@ -151,13 +152,13 @@ json stats_json(const JobView& job, unsigned threads) {
 }  // namespace
 
 Response show_plan(Services& services, Request& request) {
-  const auto job = services.jobs.find(request.parameter);
+  const auto job = find_job(services, request);
   if (!job) return problem_response(job.problem());
   return json_response(200, job->plan ? plan_json(*job) : json{{"ready", false}});
 }
 
 Response show_stats(Services& services, Request& request) {
-  const auto job = services.jobs.find(request.parameter);
+  const auto job = find_job(services, request);
   return job ? json_response(200, stats_json(*job, services.runner.threads())) : problem_response(job.problem());
 }
 

@@ -6,6 +6,9 @@
 
 #include "core/geometry/shape.h"
 #include "server/handlers/handlers.h"
+#include "server/handlers/own.h"
+#include "server/jobs/job_submission.h"
+#include "server/store/owners.h"
 #include "server/store/scene_store.h"
 
 namespace tessera::server {
@@ -33,14 +36,20 @@ nlohmann::json describe(const proto::ParsedScene& parsed) {
 }  // namespace
 
 Response post_scene(Services& services, Request& request) {
-  const auto put = services.scenes.put(request.body, request.abandoned);
+  if (const auto refused = refuse_bytes(services, request.who, "", request.body.size()))
+    return problem_response(*refused);
+  const OwnFiles files(services, request.who);
+  const auto put = services.scenes.put(request.body, files, request.abandoned);
   if (!put) return problem_response(put.problem());
+  services.owners.add(request.who.owner, put->scene.hash, request.body.size());
   Response response = json_response(put->known ? 200 : 201, describe(put->scene));
   response.headers.emplace_back("Location", "/v1/scenes/" + put->scene.hash);
   return response;
 }
 
 Response describe_scene(Services& services, Request& request) {
+  if (!may_use_scene(services, request.who, request.parameter))
+    return problem_response(no_such_scene(request.parameter));
   const auto scene = services.scenes.find(request.parameter, request.abandoned);
   return scene ? json_response(200, describe(*scene)) : problem_response(scene.problem());
 }

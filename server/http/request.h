@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/http/principal.h"
 #include "server/store/received_file.h"
 
 namespace tessera::server {
@@ -33,7 +34,8 @@ struct Request {
   std::string parameter;                       ///< The path segment that stands at the route's {…}; may be empty.
   std::string body;                            ///< Where the route takes a document.
   std::shared_ptr<ReceivedFile> file;          ///< Where the route takes a file.
-  std::stop_token abandoned;                   ///< Requested when nobody waits for the answer any more.
+  Principal who;
+  std::stop_token abandoned;  ///< Requested when nobody waits for the answer any more.
 
   /// Whom it is for, as "host" or "host:port" (RFC 9112, 3.2.2): what the target says, or else the Host header; nothing
   /// where neither is there, as in HTTP/1.0.

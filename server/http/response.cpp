@@ -1,5 +1,7 @@
 #include "server/http/response.h"
 
+#include <string>
+
 #include <nlohmann/json.hpp>
 
 namespace tessera::server {
@@ -12,7 +14,8 @@ std::string dump(const nlohmann::json& json) {
 
 bool may_pass(proto::ProblemCode code) {
   return code == proto::ProblemCode::too_many_jobs || code == proto::ProblemCode::out_of_memory_budget ||
-         code == proto::ProblemCode::not_ready || code == proto::ProblemCode::shutting_down;
+         code == proto::ProblemCode::quota_exceeded || code == proto::ProblemCode::not_ready ||
+         code == proto::ProblemCode::shutting_down;
 }
 
 }  // namespace
@@ -29,7 +32,8 @@ Response json_response(int status, const nlohmann::json& body) {
 Response problem_response(const proto::Problem& problem) {
   Response response{
       proto::entry(problem.code).status, {{"Content-Type", "application/problem+json"}}, dump(proto::to_json(problem))};
-  if (may_pass(problem.code)) response.headers.emplace_back("Retry-After", "1");
+  if (may_pass(problem.code))
+    response.headers.emplace_back("Retry-After", std::to_string(problem.retry_after.value_or(1)));
   return response;
 }
 

@@ -21,6 +21,15 @@ namespace tessera::server {
 using proto::Problem;
 using proto::ProblemCode;
 
+namespace {
+
+Route open_to_all(Route route) {
+  route.needs.reset();
+  return route;
+}
+
+}  // namespace
+
 std::span<const Route> route_table() {
   static const std::vector<Route> table = {
       {"PUT", "/v1/blobs/{hash}", {}, Body::file, Place::slow, put_blob},
@@ -41,16 +50,16 @@ std::span<const Route> route_table() {
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
       {"POST", "/v1/render", render_query_names(), Body::asset, Place::quick, post_render},
       {"POST", "/render", drake_query_names(), Body::asset, Place::quick, post_drake_render, text_response, true},
-      {"GET", "/livez", {}, Body::none, Place::io, livez},
-      {"GET", "/readyz", {}, Body::none, Place::io, readyz},
+      open_to_all({"GET", "/livez", {}, Body::none, Place::io, livez}),
+      open_to_all({"GET", "/readyz", {}, Body::none, Place::io, readyz}),
       {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
       {"GET", "/v1/capabilities", {}, Body::none, Place::io, show_capabilities},
-      {"GET", "/openapi.json", {}, Body::none, Place::io, show_openapi},
-      {"GET", "/schemas/", {}, Body::none, Place::io, list_schemas},
-      {"GET", "/schemas/scene.schema.json", {}, Body::none, Place::io, show_scene_schema},
-      {"GET", "/schemas/job.schema.json", {}, Body::none, Place::io, show_job_schema},
-      {"GET", "/problems/", {}, Body::none, Place::io, list_problems},
-      {"GET", "/problems/{code}", {}, Body::none, Place::io, show_problem},
+      open_to_all({"GET", "/openapi.json", {}, Body::none, Place::io, show_openapi}),
+      open_to_all({"GET", "/schemas/", {}, Body::none, Place::io, list_schemas}),
+      open_to_all({"GET", "/schemas/scene.schema.json", {}, Body::none, Place::io, show_scene_schema}),
+      open_to_all({"GET", "/schemas/job.schema.json", {}, Body::none, Place::io, show_job_schema}),
+      open_to_all({"GET", "/problems/", {}, Body::none, Place::io, list_problems}),
+      open_to_all({"GET", "/problems/{code}", {}, Body::none, Place::io, show_problem}),
   };
   return table;
 }
@@ -140,9 +149,6 @@ std::variant<const Route*, Response> find_route(const Config& config, Request& r
       continue;
     }
     request.parameter = *std::move(parameter);
-    if (const auto problem = refuse_parameter(route, request)) return route.refuse(*problem);
-    if (const auto problem = refuse_query(route, request)) return route.refuse(*problem);
-    if (const auto problem = refuse_body(route, request)) return route.refuse(*problem);
     return &route;
   }
   if (allowed.empty())
@@ -154,6 +160,13 @@ std::variant<const Route*, Response> find_route(const Config& config, Request& r
       problem_response({ProblemCode::method_not_allowed, "This resource knows " + listed(allowed) + " only.", {}});
   response.headers.emplace_back("Allow", listed(allowed));
   return response;
+}
+
+std::optional<Response> refuse_request(const Route& route, const Request& request) {
+  if (const auto problem = refuse_parameter(route, request)) return route.refuse(*problem);
+  if (const auto problem = refuse_query(route, request)) return route.refuse(*problem);
+  if (const auto problem = refuse_body(route, request)) return route.refuse(*problem);
+  return std::nullopt;
 }
 
 Response run_handler(const Route& route, const Handler& handle, Services& services, Request& request) {

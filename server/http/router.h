@@ -1,12 +1,14 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "proto/wire/key_file.h"
 #include "server/config.h"
 #include "server/http/request.h"
 #include "server/http/response.h"
@@ -33,13 +35,18 @@ struct Route {
   /// How it is told what is wrong with a request.
   Response (*refuse)(const proto::Problem&) = problem_response;
   bool is_of_drake = false;  ///< It is there only with `Config::drake`, under its prefix.
+  /// What who shows a key needs it to have; nothing where none has to be shown.
+  std::optional<proto::Scope> needs = method == "GET" ? proto::Scope::read : proto::Scope::submit;
 };
 std::span<const Route> route_table();
 
 /// Finds the route of a request among those that the settings allow, and sets its `parameter`; or the answer, where
-/// none is needed: to OPTIONS, and refusals: unknown path, wrong method, a hash that isn't one, query parameters that
-/// the route doesn't know, or a body of a type that it doesn't take.
+/// there is none: to OPTIONS, and refusals: unknown path, wrong method.
 std::variant<const Route*, Response> find_route(const Config& config, Request& request);
+
+/// What is wrong with a request for a route before its body is read: a hash that isn't one, query parameters that the
+/// route doesn't know, or a body of a type that it doesn't take.
+std::optional<Response> refuse_request(const Route& route, const Request& request);
 
 /// Runs a handler of the route, its own or one that goes on for it. An exception becomes a logged `internal_error`;
 /// std::bad_alloc and TooHeavy are passed on. Of a request that was abandoned the response means nothing: nobody reads

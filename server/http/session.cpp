@@ -21,6 +21,7 @@
 
 #include "proto/wire/printable.h"
 #include "server/config.h"
+#include "server/http/authorization.h"
 #include "server/http/chunked_body.h"
 #include "server/http/cross_site.h"
 #include "server/http/listener.h"
@@ -71,6 +72,11 @@ Response refuse(const Problem& why, Response (*as)(const Problem&) = problem_res
 std::variant<const Route*, Response> route_of(const Config& config, Request& request) {
   const MemoryReserve::Share share;
   return find_route(config, request);
+}
+std::optional<Response> refuse_early(Services& services, const Route& route, Request& request) {
+  const MemoryReserve::Share share;
+  if (auto refused = refuse_stranger(services, route, request)) return refused;
+  return refuse_request(route, request);
 }
 
 /// Counts one for as long as it lives.
@@ -221,6 +227,7 @@ class Session {
       response = refuse(*wrong);
     else
       response = co_await respond(head, request);
+    tell_quota(services_, request, response);
     allow_origin(services_.config, request, response);
     co_return response;
   }
@@ -241,6 +248,10 @@ class Session {
       co_return response;
     }
     const Route& route = *std::get<const Route*>(found);
+    if (auto refused = refuse_early(services_, route, request)) {
+      response = *std::move(refused);
+      co_return response;
+    }
     Share share(connections_.body_bytes);
     std::optional<Problem> wrong;
     try {

@@ -82,6 +82,7 @@ struct JobOrder {
   std::uint64_t warnings;  ///< Of the scene, as it was parsed.
   Settings settings;
   std::chrono::steady_clock::duration parsing{};  ///< How long its document took to become that.
+  std::string owner = {};                         ///< Whose job it is; empty where there are no keys.
 };
 
 /// The structure that a job traces, in figures.

@@ -12,6 +12,8 @@
 #include "server/http/lane.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_table.h"
+#include "server/jobs/quotas.h"
+#include "server/store/owners.h"
 #include "server/store/scene_store.h"
 
 namespace tessera::server {
@@ -32,10 +34,12 @@ Problem at_scene(const Problem& problem) {
   return {ProblemCode::invalid_document, kUnusable, {{"/scene", kUnusable + (' ' + why)}}};
 }
 
-proto::Result<proto::ParsedScene> scene_of(SceneStore& scenes, proto::JobRequest& job,
+proto::Result<proto::ParsedScene> scene_of(Services& services, proto::JobRequest& job, const Principal& who,
                                            const std::stop_token& abandoned) {
-  if (auto* parsed = std::get_if<proto::ParsedScene>(&job.scene)) return scenes.share(std::move(*parsed));
-  auto found = scenes.find(std::get<proto::ContentHash>(job.scene), abandoned);
+  if (auto* parsed = std::get_if<proto::ParsedScene>(&job.scene)) return services.scenes.share(std::move(*parsed));
+  const auto& hash = std::get<proto::ContentHash>(job.scene);
+  if (!may_use_scene(services, who, hash)) return at_scene(no_such_scene(hash));
+  auto found = services.scenes.find(hash, abandoned);
   if (!found) return at_scene(found.problem());
   return found;
 }
@@ -67,8 +71,14 @@ std::optional<Problem> refuse_without_format(const Settings& settings) {
 
 }  // namespace
 
-proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job, const std::stop_token& abandoned) {
-  auto scene = scene_of(services.scenes, job, abandoned);
+bool may_use_scene(Services& services, const Principal& who, const proto::ContentHash& hash) {
+  return who.may(proto::Scope::admin) || services.owners.has(who.owner, hash) ||
+         services.jobs.has_job_of(who.owner, hash);
+}
+
+proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job, const Principal& who,
+                                       const std::stop_token& abandoned) {
+  auto scene = scene_of(services, job, who, abandoned);
   if (!scene) return scene.problem();
   if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
   if (auto problem = fit_to_scene(*scene->scene, services.config.documents, job)) return *std::move(problem);
@@ -77,14 +87,22 @@ proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job
   const std::optional<Camera>& wanted = job.camera ? job.camera : scene->scene->camera;
   const Camera camera =
       frame_scene(*scene->scene, job.settings.width, job.settings.height, wanted.value_or(kUnplacedCamera));
-  return PreparedJob{std::move(job.name), *std::move(scene), camera, std::move(job.settings), {}};
+  return PreparedJob{std::move(job.name), *std::move(scene), camera, std::move(job.settings), who, {}};
 }
 
 proto::Result<std::string> start_job(Services& services, const PreparedJob& job, bool kept) {
   // Once it is admitted, whatever fails, fails the job.
-  const JobOrder order{job.name, job.scene.hash, job.scene.scene->warnings.size(), job.settings, job.parsing};
-  const auto admitted = services.jobs.add(order, kept);
-  if (!admitted) return admitted.problem();
+  const JobOrder order{job.name,     job.scene.hash, job.scene.scene->warnings.size(),
+                       job.settings, job.parsing,    job.who.owner};
+  const proto::Key* key = job.who.key.get();
+  const std::uint64_t samples = std::uint64_t{job.settings.width} * job.settings.height * job.settings.samples;
+  if (key)
+    if (auto problem = services.quotas.take_samples(*key, samples)) return *std::move(problem);
+  const auto admitted = services.jobs.add(order, kept, key ? key->limits.unfinished_jobs : std::nullopt);
+  if (!admitted) {
+    if (key) services.quotas.give_samples_back(*key, samples);
+    return admitted.problem();
+  }
   services.runner.start(*admitted, order, job.scene.scene, job.camera);
   return admitted->id;
 }

@@ -18,8 +18,6 @@ using proto::ProblemCode;
 
 namespace {
 
-Problem no_such_job() { return {ProblemCode::not_found, "There is no job with this id; GET /v1/jobs lists all.", {}}; }
-
 /// Whether the state machine has this edge.
 bool may_follow(JobState from, JobState to) {
   if (proto::has_ended(from)) return false;
@@ -55,6 +53,8 @@ class PassesMemory {
 };
 
 }  // namespace
+
+Problem no_such_job() { return {ProblemCode::not_found, "There is no job with this id; GET /v1/jobs lists all.", {}}; }
 
 std::string JobTable::new_id() {
   // 48 bits of time, made to grow, then 80 random bits: sorts by arrival, and can't be guessed.
@@ -105,12 +105,27 @@ std::optional<Problem> JobTable::refusal(const Settings& settings) const {
   return refusal_of(std::min(film, limits_.film_bytes));
 }
 
-proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept) {
+std::uint32_t JobTable::unfinished_of(std::string_view owner) const {
+  std::uint32_t count = 0, left = unfinished_;  // They are among the latest, most often.
+  for (auto at = jobs_.rbegin(); at != jobs_.rend() && left > 0; ++at) {
+    if (proto::has_ended(at->second.view.state)) continue;
+    --left;
+    if (at->second.view.order->owner == owner) ++count;
+  }
+  return count;
+}
+
+proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::optional<std::uint32_t> most_of_owner) {
   const std::uint64_t image = image_bytes(order.settings), passes = passes_bytes(order.settings);
   const std::uint64_t film = image + passes;
   Aftermath after;
   const std::lock_guard lock(mutex_);
   if (auto problem = refusal_of(film)) return *std::move(problem);
+  if (most_of_owner && unfinished_of(order.owner) >= *most_of_owner)
+    return Problem{ProblemCode::quota_exceeded,
+                   "As many of " + order.owner +
+                       "'s jobs haven't ended as this key may have; submit this one when fewer are left.",
+                   {}};
   make_room(film, after);
 
   Job job;
@@ -370,11 +385,21 @@ JobTable::CopyRoom::~CopyRoom() {
   table_.copy_gone_.notify_all();
 }
 
-std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, std::optional<JobState> state) const {
+bool JobTable::has_job_of(std::string_view owner, const proto::ContentHash& scene) const {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(jobs_, [&](const auto& entry) {
+    const JobOrder& order = *entry.second.view.order;
+    return order.owner == owner && order.scene_hash == scene;
+  });
+}
+
+std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, std::optional<JobState> state,
+                                    const std::optional<std::string>& owner) const {
   std::vector<JobView> listed;
   const std::lock_guard lock(mutex_);
   for (auto at = jobs_.upper_bound(after); at != jobs_.end() && listed.size() < limit; ++at)
-    if (!state || at->second.view.state == *state) listed.push_back(at->second.view);
+    if ((!state || at->second.view.state == *state) && (!owner || at->second.view.order->owner == *owner))
+      listed.push_back(at->second.view);
   return listed;
 }
 

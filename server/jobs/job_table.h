@@ -21,6 +21,9 @@
 
 namespace tessera::server {
 
+/// `not_found`, as one says of a job that isn't there.
+proto::Problem no_such_job();
+
 /// All jobs, and the one place where their states change: queued → preparing → rendering → completed | failed |
 /// canceled, an end being reachable from every state that isn't one. Jobs that have ended stay until they are
 /// deleted, or more jobs have ended since than are kept; their images also give way to those of new jobs, the one that
@@ -47,8 +50,10 @@ class JobTable {
   };
 
   /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
-  /// memory for its image, `shutting_down`. One that isn't `kept` ends when nobody holds it any more.
-  proto::Result<Admitted> add(JobOrder order, bool kept = true);
+  /// memory for its image, `shutting_down`; `quota_exceeded` where the order's owner has `most_of_owner` jobs that
+  /// haven't ended. One that isn't `kept` ends when nobody holds it any more.
+  proto::Result<Admitted> add(JobOrder order, bool kept = true,
+                              std::optional<std::uint32_t> most_of_owner = std::nullopt);
 
   /// Holds a job for somebody who wants its image, and lets it go when it isn't wanted any more: then a job that is
   /// neither held by others nor kept is canceled.
@@ -128,8 +133,12 @@ class JobTable {
   /// Has the image of a job that has ended give way at once: nobody will want it again.
   void let_image_go(const std::string& id);
 
-  /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given.
-  std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state) const;
+  /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given, and of `owner` if given.
+  std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state,
+                            const std::optional<std::string>& owner = std::nullopt) const;
+
+  /// Whether one of the owner's jobs shows this scene.
+  bool has_job_of(std::string_view owner, const proto::ContentHash& scene) const;
 
   /// Cancels every job that hasn't ended, and admits no more.
   void shut_down();
@@ -161,6 +170,7 @@ class JobTable {
   };
 
   std::string new_id();
+  std::uint32_t unfinished_of(std::string_view owner) const;
   /// The one function that changes states. Nothing happens when the job has ended.
   bool change_state(Job& job, proto::JobState to);
   /// Changes to a state that is an end, and forgets the oldest ended job if there are too many.

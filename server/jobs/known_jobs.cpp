@@ -17,14 +17,19 @@ namespace {
 
 using Clock = JobTimes::Clock;
 
-Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDraft& draft,
+/// What is asked for may name files by hash, and what one owner may use another may not: each has what is known to
+/// himself. No owner's name holds a space.
+std::string key_for(const Principal& who, const std::string& key) { return who.owner + ' ' + key; }
+
+Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDraft& draft, const Principal& who,
                             const std::stop_token& abandoned) {
   const proto::Limits& limits = services.config.documents;
   std::optional<proto::ParsedScene> scene;
   std::string document = draft.job;
   if (asset.kind != AssetKind::job_document) {
-    auto parsed = draft.names_paths ? proto::parse_scene(draft.scene, *asset.files, limits, abandoned)
-                                    : services.scenes.parse_once(draft.scene_key, draft.scene, *asset.files, abandoned);
+    auto parsed = draft.names_paths
+                      ? proto::parse_scene(draft.scene, *asset.files, limits, abandoned)
+                      : services.scenes.parse_once(key_for(who, draft.scene_key), draft.scene, *asset.files, abandoned);
     if (!parsed) return scene_problem(parsed.problem(), asset);
     scene = *std::move(parsed);
     document.back() = ',';
@@ -33,7 +38,7 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
   auto job = proto::parse_job(document, *asset.files, limits, abandoned);
   if (!job) return job_problem(job.problem(), asset);
   if (scene) job->scene = *std::move(scene);
-  auto prepared = prepare_job(services, *std::move(job), abandoned);
+  auto prepared = prepare_job(services, *std::move(job), who, abandoned);
   if (!prepared) return job_problem(prepared.problem(), asset);
   return prepared;
 }
@@ -41,7 +46,9 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
 }  // namespace
 
 Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known, const PrepareJob& prepare,
-                              const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
+                              const Principal& who, const std::function<bool(const JobView&)>& is_of_use,
+                              const std::stop_token& abandoned) {
+  const std::string owners_key = key_for(who, key);
   bool has_started = false;  // Then it is the job that is wanted, even where it has been forgotten since.
   const auto make = [&](const std::stop_token& unwanted) -> KnownJobs::Made {
     const auto begin = Clock::now();
@@ -55,20 +62,22 @@ Result<HeldJob> find_or_start(Services& services, const std::string& key, bool i
     return {HeldJob{*id, services.jobs.hold(*id)}, bytes, HeldJob{*id, nullptr}};
   };
   for (;;) {
-    auto known = services.known_jobs.get(key, make, abandoned);
+    auto known = services.known_jobs.get(owners_key, make, abandoned);
     if (!known || known->hold || has_started) return known;
     known->hold = services.jobs.hold(known->id);
     const auto job = services.jobs.find(known->id);
     const bool has_ended_early = !job || job->state == JobState::failed || job->state == JobState::canceled;
     if (!has_ended_early && is_of_use(*job)) return known;
-    services.known_jobs.drop(key, [&](const Result<HeldJob>& kept) { return kept && kept->id == known->id; });
+    services.known_jobs.drop(owners_key, [&](const Result<HeldJob>& kept) { return kept && kept->id == known->id; });
   }
 }
 
-Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
+Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft, const Principal& who,
                               const std::function<bool(const JobView&)>& is_of_use, const std::stop_token& abandoned) {
-  const auto prepare_it = [&](const std::stop_token& unwanted) { return prepare(services, asset, draft, unwanted); };
-  return find_or_start(services, draft.key, !draft.names_paths, prepare_it, is_of_use, abandoned);
+  const auto prepare_it = [&](const std::stop_token& unwanted) {
+    return prepare(services, asset, draft, who, unwanted);
+  };
+  return find_or_start(services, draft.key, !draft.names_paths, prepare_it, who, is_of_use, abandoned);
 }
 
 }  // namespace tessera::server

@@ -34,16 +34,17 @@ class KnownJobs : public SingleFlight<proto::Result<HeldJob>> {
 
 using PrepareJob = std::function<proto::Result<PreparedJob>(const std::stop_token& unwanted)>;
 
-/// The job that was started under this key before, unless that failed, was canceled, or `is_of_use` says no; otherwise
-/// one is started now, which ends with its last hold and is found again where it `is_kept_known`. Refused as `prepare`
-/// and `start_job` refuse. Throws `Abandoned` once that is requested, and TooHeavy.
+/// The job that was started under this key before for the same owner, unless that failed, was canceled, or `is_of_use`
+/// says no; otherwise one is started now, which ends with its last hold and is found again where it `is_kept_known`.
+/// Refused as `prepare` and `start_job` refuse. Throws `Abandoned` once that is requested, and TooHeavy.
 proto::Result<HeldJob> find_or_start(Services& services, const std::string& key, bool is_kept_known,
-                                     const PrepareJob& prepare, const std::function<bool(const JobView&)>& is_of_use,
+                                     const PrepareJob& prepare, const Principal& who,
+                                     const std::function<bool(const JobView&)>& is_of_use,
                                      const std::stop_token& abandoned);
 
 /// The same of what a draft becomes. Refused as POST /v1/jobs refuses, but in terms of what was sent.
 proto::Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobDraft& draft,
-                                     const std::function<bool(const JobView&)>& is_of_use,
+                                     const Principal& who, const std::function<bool(const JobView&)>& is_of_use,
                                      const std::stop_token& abandoned);
 
 }  // namespace tessera::server

@@ -24,6 +24,10 @@ bool is_within(const fs::path& path, const fs::path& root) {
 
 }  // namespace
 
+Problem no_such_blob(const proto::ContentHash& hash) {
+  return refused("There is no blob " + hash + "; upload it first with PUT /v1/blobs/" + hash + ".");
+}
+
 BlobStore::BlobStore(fs::path folder, const std::optional<fs::path>& asset_root)
     : folder_(std::move(folder)), asset_root_(asset_root ? fs::canonical(*asset_root) : fs::path()) {}
 
@@ -45,8 +49,7 @@ proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash)
   if (!proto::is_content_hash(hash)) return refused("Not a content hash: write sha256: and 64 lower-case hex digits.");
   fs::path path = folder_ / hash.substr(kHashPrefix.size());
   std::error_code error;
-  if (!fs::is_regular_file(path, error))
-    return refused("There is no blob " + hash + "; upload it first with PUT /v1/blobs/" + hash + ".");
+  if (!fs::is_regular_file(path, error)) return no_such_blob(hash);
   FileBudget::spend(fs::file_size(path, error));
   return proto::SourceFile{std::move(path), hash};
 }

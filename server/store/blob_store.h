@@ -9,6 +9,9 @@
 
 namespace tessera::server {
 
+/// `invalid_document`, as one says of a blob that isn't there.
+proto::Problem no_such_blob(const proto::ContentHash& hash);
+
 /// Uploaded files by the hash of their content, and the files of the asset root: where scenes find what they
 /// name. Safe to call from any number of threads.
 class BlobStore : public proto::FileSource {

@@ -13,7 +13,8 @@
 namespace tessera::server {
 namespace fs = std::filesystem;
 
-DataFolder::DataFolder(const fs::path& path) : blobs_(path / "blobs"), scenes_(path / "scenes") {
+DataFolder::DataFolder(const fs::path& path)
+    : blobs_(path / "blobs"), scenes_(path / "scenes"), owners_(path / "owners") {
   fs::create_directories(blobs_);
   fs::create_directories(scenes_);
   const fs::path lock = path / "lock";

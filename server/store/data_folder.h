@@ -15,9 +15,10 @@ class DataFolder {
 
   const std::filesystem::path& blobs() const { return blobs_; }
   const std::filesystem::path& scenes() const { return scenes_; }
+  const std::filesystem::path& owners() const { return owners_; }
 
  private:
-  std::filesystem::path blobs_, scenes_;
+  std::filesystem::path blobs_, scenes_, owners_;
   FileDescriptor lock_;
 };
 

@@ -23,6 +23,10 @@ constexpr std::uint64_t kMostDocuments = 4 << 20;
 
 }  // namespace
 
+Problem no_such_scene(const ContentHash& hash) {
+  return {ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
+}
+
 SceneStore::SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
                        std::uint64_t cache_bytes)
     : folder_(std::move(folder)), files_(files), limits_(limits), scenes_(cache_bytes), documents_(kMostDocuments) {}
@@ -31,8 +35,9 @@ std::filesystem::path SceneStore::path_of(const ContentHash& hash) const {
   return folder_ / (hash.substr(hash.find(':') + 1) + ".json");
 }
 
-Result<SceneStore::Put> SceneStore::put(std::string_view document, const std::stop_token& abandoned) {
-  auto parsed = proto::parse_scene(document, files_, limits_, abandoned);
+Result<SceneStore::Put> SceneStore::put(std::string_view document, const proto::FileSource& files,
+                                        const std::stop_token& abandoned) {
+  auto parsed = proto::parse_scene(document, files, limits_, abandoned);
   if (!parsed) return parsed.problem();
   const std::filesystem::path path = path_of(parsed->hash);
   const bool known = std::filesystem::exists(path);
@@ -46,7 +51,7 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document, const std::st
 
 SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_token& unwanted) const {
   std::ifstream file(path_of(hash), std::ios::binary);
-  if (!file) return Problem{ProblemCode::not_found, "There is no scene " + hash + "; POST it to /v1/scenes.", {}};
+  if (!file) return no_such_scene(hash);
   FileBudget::spend(std::filesystem::file_size(path_of(hash)));
   const std::string document{std::istreambuf_iterator<char>(file), {}};
   auto parsed = proto::parse_scene(document, files_, limits_, unwanted);

@@ -11,6 +11,9 @@
 
 namespace tessera::server {
 
+/// `not_found`, as one says of a scene that isn't there.
+proto::Problem no_such_scene(const proto::ContentHash& hash);
+
 /// Scenes by content hash: the documents on disk, for good; what they parse to in memory, as far as it fits. Safe
 /// to call from any number of threads. Parsing and reading the disk take their time: not for an I/O thread.
 class SceneStore {
@@ -23,8 +26,9 @@ class SceneStore {
     proto::ParsedScene scene;
     bool known;  ///< It was there before.
   };
-  /// Parses a document and keeps it, or says what is wrong with it. Throws `Abandoned` once that is requested.
-  proto::Result<Put> put(std::string_view document, const std::stop_token& abandoned);
+  /// Parses a document, with blobs from `files`, and keeps it, or says what is wrong with it. Throws `Abandoned` once
+  /// that is requested.
+  proto::Result<Put> put(std::string_view document, const proto::FileSource& files, const std::stop_token& abandoned);
 
   /// A scene that was put, now or by an earlier daemon, or that is in memory because it was shared. `not_found`
   /// when it is neither; `invalid_document` when files that it names have changed since or are gone. However many ask

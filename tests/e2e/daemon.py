@@ -23,6 +23,18 @@ def shared_data(*parts):
     return path
 
 
+def make_key(data_dir, *flags, owner="somebody"):
+    """A key for the daemon of this data folder, which has to start, or be told, after that."""
+    command = [os.environ["TESSERA"], "keys", "add", "--data-dir", data_dir, "--owner", owner, *flags]
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=clean).stdout.strip()
+
+
+def bearer(key):
+    """The header that shows a key."""
+    return {"Authorization": f"Bearer {key}"}
+
+
 class Reply:
     """A response that has been read to its end."""
 

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 import drake_test
-from daemon import SOURCE, Daemon, Reply
+from daemon import SOURCE, Daemon, Reply, bearer, make_key
 from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE, crowd
 from schema import faults, resolve
 
@@ -266,6 +266,20 @@ class OpenApiTest(unittest.TestCase):
                 self.ask(daemon, 421, method, template, headers={"Host": "evil.example"}, **names)
                 if method != "get":
                     self.ask(daemon, 403, method, template, headers={"Origin": "http://evil.example"}, **names)
+        with tempfile.TemporaryDirectory() as data_dir:
+            reader, sender = make_key(data_dir, "--scope", "read"), make_key(data_dir, "--scope", "submit")
+            once = make_key(data_dir, "--requests-per-second", "0.001")
+            with Daemon("--drake", data_dir=data_dir) as daemon:
+                self.assertEqual(daemon.request("GET", "/v1/version", headers=bearer(once)).status, 200)
+                for method, template, operation in self.operations():
+                    names = {"hash": content_hash(b""), "id": "0", "code": "not_found"}
+                    if operation.get("security") == []:
+                        continue
+                    self.ask(daemon, 401, method, template, **names)
+                    other = sender if method == "get" else reader
+                    reply = self.ask(daemon, 403, method, template, headers=bearer(other), **names)
+                    self.assertIn("insufficient_scope", reply.headers["WWW-Authenticate"])
+                    self.ask(daemon, 429, method, template, headers=bearer(once), **names)
 
     def exercise_shutdown(self):
         """While one request is still being sent, another hears that the daemon is about to stop."""

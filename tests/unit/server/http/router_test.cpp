@@ -1,6 +1,7 @@
 #include "server/http/router.h"
 
 #include <set>
+#include <string_view>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -20,7 +21,10 @@ Request request_of(std::string method, std::string_view target) {
 /// The pattern of the route that was found, or the status of the refusal.
 std::string found(Request request) {
   const auto result = find_route(Config{}, request);
-  if (const auto* route = std::get_if<const Route*>(&result)) return std::string((*route)->pattern);
+  if (const auto* route = std::get_if<const Route*>(&result)) {
+    const auto refused = refuse_request(**route, request);
+    return refused ? std::to_string(refused->status) : std::string((*route)->pattern);
+  }
   return std::to_string(std::get<Response>(result).status);
 }
 
@@ -81,7 +85,8 @@ TEST(Router, TakesKnownQueryParametersOnceOnly) {
 
 TEST(Router, TellsAllThatIsWrongWithTheQuery) {
   Request request = request_of("GET", "/v1/jobs?Limit=1&state=queued&state=failed&limit=1&page=2");
-  const auto body = nlohmann::json::parse(std::get<Response>(find_route(Config{}, request)).body);
+  const Route& route = *std::get<const Route*>(find_route(Config{}, request));
+  const auto body = nlohmann::json::parse(refuse_request(route, request)->body);
   std::vector<std::string> pointers;
   for (const auto& error : body["errors"]) pointers.push_back(error["pointer"]);
   EXPECT_EQ(pointers, (std::vector<std::string>{"?Limit", "?state", "?page"}));
@@ -102,6 +107,19 @@ TEST(Router, NoRouteStandsThereTwice) {
   std::set<std::pair<std::string_view, std::string_view>> seen;
   for (const Route& route : route_table())
     EXPECT_TRUE(seen.emplace(route.method, route.pattern).second) << route.method << ' ' << route.pattern;
+}
+
+TEST(Router, OnlyHealthAndDocumentsAreThereForStrangers) {
+  std::set<std::string_view> open;
+  for (const Route& route : route_table()) {
+    if (!route.needs)
+      open.insert(route.pattern);
+    else
+      EXPECT_EQ(*route.needs, route.method == "GET" ? proto::Scope::read : proto::Scope::submit) << route.pattern;
+  }
+  EXPECT_EQ(open,
+            (std::set<std::string_view>{"/livez", "/readyz", "/openapi.json", "/schemas/", "/schemas/scene.schema.json",
+                                        "/schemas/job.schema.json", "/problems/", "/problems/{code}"}));
 }
 
 }  // namespace

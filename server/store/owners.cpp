@@ -1,0 +1,80 @@
+#include "server/store/owners.h"
+
+#include <cerrno>
+#include <charconv>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+
+#include "server/store/file_descriptor.h"
+
+namespace tessera::server {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::string_view kKindOfHash = "sha256:";
+
+void sync_owners_folder(const fs::path& folder) {
+  const FileDescriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!fd || ::fsync(fd.value()) != 0) throw std::system_error(errno, std::generic_category(), folder.string());
+}
+
+std::string digits_of(const proto::ContentHash& hash) { return hash.substr(kKindOfHash.size()); }
+
+/// Hash and size by a file's name; nothing for a file of others.
+std::optional<std::pair<std::string, std::uint64_t>> read_name(const std::string& name) {
+  const std::size_t dot = name.find('.');
+  const std::string digits = name.substr(0, dot);
+  if (dot == std::string::npos || !proto::is_content_hash(std::string(kKindOfHash) + digits)) return std::nullopt;
+  std::uint64_t bytes = 0;
+  const char* const end = name.data() + name.size();
+  const auto [read_to, error] = std::from_chars(name.data() + dot + 1, end, bytes);
+  if (error != std::errc() || read_to != end) return std::nullopt;
+  return std::pair(digits, bytes);
+}
+
+}  // namespace
+
+Owners::Owners(fs::path folder) : folder_(std::move(folder)) {
+  fs::create_directories(folder_);
+  for (const auto& owner : fs::directory_iterator(folder_)) {
+    if (!owner.is_directory()) continue;
+    Holding& holding = holdings_[owner.path().filename().string()];
+    for (const auto& file : fs::directory_iterator(owner.path())) {
+      const auto held = read_name(file.path().filename().string());
+      if (held && holding.bytes.insert(*held).second) holding.total += held->second;
+    }
+  }
+}
+
+void Owners::add(const std::string& owner, const proto::ContentHash& hash, std::uint64_t bytes) {
+  if (owner.empty() || has(owner, hash)) return;
+  const fs::path folder = folder_ / owner;
+  if (fs::create_directory(folder)) sync_owners_folder(folder_);
+  const fs::path path = folder / (digits_of(hash) + '.' + std::to_string(bytes));
+  const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
+  if (!file) throw std::system_error(errno, std::generic_category(), path.string());
+  sync_owners_folder(folder);
+  const std::lock_guard lock(mutex_);
+  Holding& holding = holdings_[owner];
+  if (holding.bytes.emplace(digits_of(hash), bytes).second) holding.total += bytes;
+}
+
+bool Owners::has(const std::string& owner, const proto::ContentHash& hash) const {
+  if (!proto::is_content_hash(hash)) return false;
+  const std::lock_guard lock(mutex_);
+  const auto found = holdings_.find(owner);
+  return found != holdings_.end() && found->second.bytes.contains(digits_of(hash));
+}
+
+std::uint64_t Owners::bytes_of(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = holdings_.find(owner);
+  return found == holdings_.end() ? 0 : found->second.total;
+}
+
+}  // namespace tessera::server

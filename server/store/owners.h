@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "proto/wire/sha256.h"
+
+namespace tessera::server {
+
+/// Who has put which blobs and scenes, by hash. Kept as empty files, `<folder>/<owner>/<64 digits>.<bytes>`, one for
+/// each: there or not, and never half written. Nobody's, which is what is put without keys, aren't kept. Safe to use
+/// from any number of threads.
+class Owners {
+ public:
+  /// Reads who has what in `folder`, which is made where it is missing. Throws std::system_error.
+  explicit Owners(std::filesystem::path folder);
+
+  /// From now on `owner` has this, of so many bytes, whatever happens. Throws std::system_error.
+  void add(const std::string& owner, const proto::ContentHash& hash, std::uint64_t bytes);
+
+  bool has(const std::string& owner, const proto::ContentHash& hash) const;
+
+  /// Of all that `owner` has.
+  std::uint64_t bytes_of(const std::string& owner) const;
+
+ private:
+  struct Holding {
+    std::map<std::string, std::uint64_t, std::less<>> bytes;  ///< By the digits of hashes.
+    std::uint64_t total = 0;
+  };
+
+  const std::filesystem::path folder_;
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::map<std::string, Holding, std::less<>> holdings_;
+};
+
+}  // namespace tessera::server

@@ -267,9 +267,13 @@ class KeysTest(FolderTest):
         if subprocess.run(["unshare", "--net", "--map-root-user", "true"], capture_output=True, check=False).returncode:
             self.skipTest("no network namespaces here")
         with Daemon("--host", "0.0.0.0", "--insecure-no-keys", data_dir=self.data_dir, program=alone) as daemon:
+            daemon.terminate()
+            daemon.process.wait(timeout=60)  # Then all of its log is there.
             self.assertRegex(daemon.log(), "warn.*no keys")
         make_key(self.data_dir)
         with Daemon("--host", "0.0.0.0", data_dir=self.data_dir, program=alone) as daemon:
+            daemon.terminate()
+            daemon.process.wait(timeout=60)
             self.assertNotIn("no keys", daemon.log())
 
     def test_keys_can_be_required_before_there_are_any(self):

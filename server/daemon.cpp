@@ -84,7 +84,8 @@ struct Backend {
         images(config.image_cache),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
-        services{config, keys, owners, quotas, blobs, scenes, jobs, known_jobs, images, runner} {}
+        services{config, keys, owners, quotas, blobs, scenes, jobs, known_jobs, images, runner, scheduler, structures} {
+  }
 
   DataFolder folder;
   KeyRing keys;
@@ -194,6 +195,7 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
   Backend backend(config);
   Lane quick(kQuickThreads), slow(kSlowThreads);
   Connections connections{backend.services, quick, slow, most_connections(config)};
+  backend.services.connections = &connections;
   const FileDescriptor listening = listen_on(config.host, config.port);
   expect_keys_beyond_loopback(config, backend.keys, listening);
   IoThreads io;

@@ -8,10 +8,13 @@ struct Config;
 class BlobStore;
 class KeyRing;
 class KnownJobs;
+struct Connections;
 class ImageCache;
 class Owners;
 class Quotas;
 class SceneStore;
+class Scheduler;
+class StructureCache;
 class JobTable;
 class JobRunner;
 
@@ -27,6 +30,9 @@ struct Services {
   KnownJobs& known_jobs;
   ImageCache& images;
   JobRunner& runner;
+  Scheduler& scheduler;
+  StructureCache& structures;
+  const Connections* connections = nullptr;  ///< Once there are any.
   std::atomic<bool> shutting_down{false};
 };
 

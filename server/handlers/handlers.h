@@ -26,6 +26,7 @@ Response show_plan(Services& services, Request& request);
 Response show_stats(Services& services, Request& request);
 
 Response livez(Services& services, Request& request);
+Response show_metrics(Services& services, Request& request);
 Response readyz(Services& services, Request& request);
 Response show_version(Services& services, Request& request);
 Response show_capabilities(Services& services, Request& request);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,12 +27,16 @@ struct Target {
 /// (RFC 9112, 3.2; RFC 9110, 4.2.1).
 std::optional<Target> parse_target(std::string_view given);
 
+/// Of a request that fits no route.
+inline constexpr std::size_t kNoRoute = std::numeric_limits<std::size_t>::max();
+
 /// What a handler sees of a request: nothing of sockets.
 struct Request {
   std::string method;    ///< "GET" also where HEAD was asked: the session leaves the body away.
   bool is_head = false;  ///< HEAD was asked.
   Target target;
   std::map<std::string, std::string> headers;  ///< Names in lower case; repeated ones joined by ", ".
+  std::size_t route = kNoRoute;                ///< Its place in the table of routes, once it is known.
   std::string parameter;                       ///< The path segment that stands at the route's {…}; may be empty.
   std::string body;                            ///< Where the route takes a document.
   std::shared_ptr<ReceivedFile> file;          ///< Where the route takes a file.

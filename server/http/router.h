@@ -40,8 +40,8 @@ struct Route {
 };
 std::span<const Route> route_table();
 
-/// Finds the route of a request among those that the settings allow, and sets its `parameter`; or the answer, where
-/// there is none: to OPTIONS, and refusals: unknown path, wrong method.
+/// Finds the route of a request among those that the settings allow, and sets its `route` and `parameter`; or the
+/// answer, where there is none: to OPTIONS, and refusals: unknown path, wrong method.
 std::variant<const Route*, Response> find_route(const Config& config, Request& request);
 
 /// What is wrong with a request for a route before its body is read: a hash that isn't one, query parameters that the

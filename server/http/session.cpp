@@ -31,6 +31,7 @@
 #include "server/http/waiting.h"
 #include "server/jobs/job_table.h"
 #include "server/memory_reserve.h"
+#include "server/metrics/metrics.h"
 #include "server/store/blob_store.h"
 
 namespace tessera::server {
@@ -50,6 +51,10 @@ constexpr std::uint64_t kMostAnswers = 4ULL << 30;
 /// What the quick lane takes: documents of so many bytes, that name files of so many.
 constexpr std::size_t kQuickDocument = 64 << 10;
 constexpr std::uint64_t kQuickFiles = 256 << 10;
+
+/// The status that is counted where nobody waited for any, as nginx does.
+constexpr int kHungUp = 499;
+
 constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
 /// The answer that takes no memory.
 constexpr std::string_view kNoMemory =
@@ -136,6 +141,12 @@ class Input {
   std::size_t begin_ = 0, end_ = 0;
 };
 
+/// What is told of the request at hand when it has been answered.
+struct AtHand {
+  Channel::Clock::time_point since;  ///< When its header was there.
+  std::size_t route = kNoRoute;
+};
+
 /// What became of work in a lane.
 struct Outcome {
   std::optional<Response> response;  ///< None where there was no memory for any.
@@ -165,12 +176,14 @@ class Session {
   /// One request and its response. Whether the connection goes on.
   Task<bool> exchange() {
     has_answered_ = false;
+    at_hand_ = {};
     bool keep = false;
     try {
       keep = co_await answer_one();
     } catch (const std::bad_alloc&) {
       spdlog::error("a request is refused: the server is out of memory");
       if (!has_answered_) ::send(channel_.socket(), kNoMemory.data(), kNoMemory.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      tell_end(503);
     }
     co_return keep;
   }
@@ -184,6 +197,7 @@ class Session {
     if (received == Received::nothing) co_return false;
     const Counted active(connections_.requests_active);
     const bool stopping = services_.shutting_down;
+    at_hand_.since = Channel::Clock::now();
     body_is_read_ = !wrong && !head.has_body();
     Response response;
     if (wrong)
@@ -192,13 +206,19 @@ class Session {
       response = co_await respond(head);
     if (channel_.broken().stop_requested()) {
       spdlog::debug("{} {} abandoned", head.method, proto::printable(head.target));
+      tell_end(kHungUp);
       co_return false;
     }
     spdlog::debug("{} {} {}", head.method, proto::printable(head.target), response.status);
     // A body that wasn't read to its end stands where the next request should begin.
     const bool keep = head.keep_alive && body_is_read_ && !stopping;
     const bool sent = co_await send(head, response, keep);
+    tell_end(response.status);
     co_return sent&& keep;
+  }
+
+  void tell_end(int status) {
+    metrics().request_answered(at_hand_.route, status, Channel::Clock::now() - at_hand_.since);
   }
 
   Task<Received> receive_head(RequestHead& head, std::optional<Problem>& wrong) {
@@ -243,6 +263,7 @@ class Session {
       co_return response;
     }
     const auto found = route_of(services_.config, request);
+    at_hand_.route = request.route;
     if (const auto* answered = std::get_if<Response>(&found)) {
       response = *answered;
       co_return response;
@@ -496,7 +517,8 @@ class Session {
   bool has_expired_ = false;   ///< The last `receive` came too late.
   bool body_is_read_ = false;  ///< Of the request at hand.
   bool has_answered_ = false;  ///< Or begun to.
-  unsigned steps_ = 0;         ///< Reads and writes since this waited last.
+  AtHand at_hand_;
+  unsigned steps_ = 0;  ///< Reads and writes since this waited last.
 };
 
 }  // namespace

@@ -15,6 +15,7 @@
 
 #include "core/film/passes.h"
 #include "core/render/tile_renderer.h"
+#include "server/metrics/metrics.h"
 
 namespace tessera::server {
 namespace {
@@ -66,11 +67,13 @@ struct JobRunner::OpenTile {
   void tell(Progress& progress) {
     const Progress::Done now{renderer.result().rays, renderer.result().tests, renderer.samples_done()};
     progress.add(now, told);
+    metrics().add_rays(now.rays, told.rays);
     told = now;
   }
 
   TileRenderer renderer;
   Progress::Done told;
+  std::chrono::steady_clock::duration spent{};  ///< Rendering it.
 };
 
 /// Tiles between two turns, by index. For any number of threads.
@@ -132,6 +135,7 @@ struct JobRunner::Run {
   std::optional<Passes> passes;
   std::chrono::steady_clock::time_point rendering;  ///< Since when.
   // Of the pass at hand:
+  std::chrono::steady_clock::time_point pass_begun;
   std::vector<std::size_t> tiles;
   PausedTiles paused;
   std::atomic<std::size_t> tiles_left{0};
@@ -228,6 +232,7 @@ void JobRunner::begin_pass(const std::shared_ptr<Run>& run) {
   for (std::size_t i = 0; i < tiles.size(); ++i)
     if (run->passes->current().samples_in(tiles[i].rect) > 0) run->tiles.push_back(i);
   run->tiles_left = run->tiles.size();
+  run->pass_begun = std::chrono::steady_clock::now();
   const auto render_it = [this, run](std::size_t index) {
     bool is_done = true;
     guard(run->job.id, [&] { is_done = render_tile(run, run->tiles[index]); });
@@ -239,8 +244,11 @@ void JobRunner::begin_pass(const std::shared_ptr<Run>& run) {
 bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) {
   auto tile = run->take_or_open(index);
   OpenTile& open = tile.mapped();
-  const bool is_done = open.renderer.go_on(TileRenderer::Clock::now() + kTurn, run->job.stop);
+  const auto begun = TileRenderer::Clock::now();
+  const bool is_done = open.renderer.go_on(begun + kTurn, run->job.stop);
+  open.spent += TileRenderer::Clock::now() - begun;
   if (is_done) {
+    metrics().tile_time.add(open.spent);
     run->film->store(index, open.renderer.result().pixels);
     run->passes->store(open.renderer.result().sums);
   }
@@ -256,6 +264,7 @@ bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) 
 
 void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   const std::chrono::duration<double> spent = clock_() - run->rendering;
+  metrics().pass_time.add(std::chrono::steady_clock::now() - run->pass_begun);
   const bool goes_on = run->passes->next(spent.count());
   run->job.progress->set_passes(run->passes->report());
   if (goes_on) return begin_pass(run);

@@ -1,6 +1,7 @@
 #include "server/jobs/job_table.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <new>
 #include <random>
@@ -10,6 +11,7 @@
 #include <spdlog/spdlog.h>
 
 #include "proto/wire/abandoned.h"
+#include "server/metrics/metrics.h"
 
 namespace tessera::server {
 using proto::JobState;
@@ -17,6 +19,8 @@ using proto::Problem;
 using proto::ProblemCode;
 
 namespace {
+
+std::size_t index_of(JobState state) { return static_cast<std::size_t>(state); }
 
 /// Whether the state machine has this edge.
 bool may_follow(JobState from, JobState to) {
@@ -144,6 +148,7 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::
   jobs_.emplace(admitted.id, std::move(job));
   unfinished_bytes_ += image;
   ++unfinished_;
+  ++by_state_[index_of(JobState::queued)];
   return admitted;
 }
 
@@ -207,12 +212,18 @@ bool JobTable::change_state(Job& job, JobState to) {
   if (proto::has_ended(view.state)) return false;
   if (!may_follow(view.state, to))
     throw std::logic_error(std::string(proto::name(view.state)) + " can't become " + std::string(proto::name(to)));
+  --by_state_[index_of(view.state)];
+  ++by_state_[index_of(to)];
   view.state = to;
   const auto now = JobTimes::Clock::now();
-  if (to == JobState::preparing) view.times.preparing = now;
+  if (to == JobState::preparing) {
+    view.times.preparing = now;
+    metrics().queue_wait.add(now - view.times.queued);
+  }
   if (to == JobState::rendering) view.times.rendering = now;
   if (proto::has_ended(to)) {
     view.times.ended = now;
+    metrics().job_ended(to, now - view.times.queued);
     --unfinished_;
     job.stop.request_stop();
     unfinished_bytes_ -= job.film_bytes;
@@ -256,6 +267,7 @@ void JobTable::drop_film(Job& job, Aftermath& after) {
 void JobTable::drop(Jobs::iterator ended, Aftermath& after) {
   Job& job = ended->second;
   if (job.film) drop_film(job, after);
+  --by_state_[index_of(job.view.state)];
   ended_.erase(job.among_ended);
   jobs_.erase(ended);
 }
@@ -401,6 +413,11 @@ std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, s
     if ((!state || at->second.view.state == *state) && (!owner || at->second.view.order->owner == *owner))
       listed.push_back(at->second.view);
   return listed;
+}
+
+JobTable::Usage JobTable::usage() {
+  const std::lock_guard lock(mutex_);
+  return {limits_, by_state_, unfinished_, unfinished_bytes_, ended_bytes_, leaving(), *passes_bytes_};
 }
 
 void JobTable::shut_down() {

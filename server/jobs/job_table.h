@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -140,6 +141,17 @@ class JobTable {
   /// Whether one of the owner's jobs shows this scene.
   bool has_job_of(std::string_view owner, const proto::ContentHash& scene) const;
 
+  /// What there is at the moment.
+  struct Usage {
+    Limits limits;
+    std::array<std::uint32_t, 6> by_state;  ///< Jobs, indexed by `JobState`.
+    std::uint32_t unfinished;
+    std::uint64_t unfinished_bytes, ended_bytes;  ///< Of films of jobs that haven't ended, and of those that have;
+    std::uint64_t leaving_bytes;                  ///< of those that gave way and are still read, and of copies;
+    std::uint64_t passes_bytes;                   ///< and what passes take.
+  };
+  Usage usage();
+
   /// Cancels every job that hasn't ended, and admits no more.
   void shut_down();
 
@@ -202,6 +214,7 @@ class JobTable {
   std::uint64_t copies_bytes_ = 0;
   std::condition_variable_any copy_gone_;
   std::uint32_t unfinished_ = 0;
+  std::array<std::uint32_t, 6> by_state_{};  ///< Jobs, indexed by `JobState`.
   std::uint64_t last_time_ = 0;
   bool closed_ = false;
 };

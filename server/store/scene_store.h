@@ -44,6 +44,10 @@ class SceneStore {
   /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.
   proto::ParsedScene share(proto::ParsedScene scene);
 
+  /// What is in memory: scenes, and which scene a document has.
+  CacheUsage scenes_usage() const { return scenes_.usage(); }
+  CacheUsage documents_usage() const { return documents_.usage(); }
+
  private:
   /// A scene, or what is wrong with it, which isn't kept.
   using Found = proto::Result<std::shared_ptr<const Scene>>;

@@ -21,6 +21,12 @@
 
 namespace tessera::server {
 
+/// What a cache holds, and what has been asked of it.
+struct CacheUsage {
+  std::uint64_t hits, joined, misses;  ///< It was there; another one was having it made; it was made.
+  std::uint64_t bytes, limit;
+};
+
 /// Values by key: each is made once however many ask for it at the same moment, by the thread that asked first, and
 /// kept as long as it is among the most recently used that fit into so many bytes. What couldn't be made is told to all
 /// who asked, and the next one tries again. Safe to call from any number of threads.
@@ -45,7 +51,7 @@ class SingleFlight {
   /// `shared` when another one had it made. Doesn't throw.
   using Done = std::function<void(const Answer&, bool shared)>;
 
-  explicit SingleFlight(std::uint64_t limit) : kept_(limit) {}
+  explicit SingleFlight(std::uint64_t limit) : limit_(limit), kept_(limit) {}
 
   /// Calls `done` with the value: at once if it is there, after making it on this very thread if nobody else does, and
   /// otherwise later on the thread that makes it. Who asks so doesn't go.
@@ -84,7 +90,14 @@ class SingleFlight {
   /// The value, if it is kept.
   std::optional<Value> find(const std::string& key) {
     const std::lock_guard lock(mutex_);
-    return kept_.find(key);
+    auto kept = kept_.find(key);
+    if (kept) ++hits_;
+    return kept;
+  }
+
+  CacheUsage usage() const {
+    const std::lock_guard lock(mutex_);
+    return {hits_, joined_, misses_, kept_.bytes(), limit_};
   }
 
   /// The value that is kept, which is `value` from now on if there was none.
@@ -145,16 +158,21 @@ class SingleFlight {
 
   Joined join(const std::string& key, const Done& done) {
     const std::lock_guard lock(mutex_);
-    if (auto kept = kept_.find(key)) return {std::move(kept), nullptr};
+    if (auto kept = kept_.find(key)) {
+      ++hits_;
+      return {std::move(kept), nullptr};
+    }
     if (const auto found = flights_.find(key); found != flights_.end()) {
       if (FileBudget::is_limited()) throw TooHeavy{};
       found->second->asked.push_back(done);
       ++found->second->wanted;
+      ++joined_;
       return {std::nullopt, found->second};
     }
     const auto flight = std::make_shared<Flight>();
     flight->asked.push_back(done);
     flights_.emplace(key, flight);
+    ++misses_;
     return {std::nullopt, flight, true};
   }
 
@@ -198,8 +216,10 @@ class SingleFlight {
     if (found != flights_.end() && found->second == flight) flights_.erase(found);
   }
 
-  std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
+  const std::uint64_t limit_;
+  mutable std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
   Lru<Value> kept_;
+  std::uint64_t hits_ = 0, joined_ = 0, misses_ = 0;
   std::unordered_map<std::string, FlightPtr> flights_;
 };
 

@@ -61,6 +61,8 @@ class StructureCache {
   /// Counts anew what a structure takes, which may have grown while it was traced: to be called whenever that ends.
   void recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure);
 
+  CacheUsage usage() const { return structures_.usage(); }
+
  private:
   using Structures = SingleFlight<std::shared_ptr<const Structure>>;
 

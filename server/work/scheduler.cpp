@@ -69,6 +69,7 @@ bool Scheduler::take(Step& step) {
       }
       ++batch.at_work;
       step = {*turn, index, Clock::now()};
+      account(step.since);
       at_work_.push_back(&step);
       return true;
     }
@@ -79,6 +80,7 @@ bool Scheduler::take(Step& step) {
 void Scheduler::end(Step& step, bool is_done) {
   const std::shared_ptr<Batch> batch = std::move(step.batch);  // destroyed after the lock, if at all
   const std::lock_guard lock(mutex_);
+  account(Clock::now());
   std::erase(at_work_, &step);
   if (step.is_long) --long_steps_;
   --batch->at_work;
@@ -119,6 +121,21 @@ void Scheduler::watch() {
     add_thread_if_needed();
     may_work_.notify_one();
   }
+}
+
+void Scheduler::account(Clock::time_point now) {
+  const Clock::duration passed = now - std::exchange(accounted_, now);
+  const auto busy = static_cast<Clock::rep>(at_work_.size());
+  const auto others = std::max<Clock::rep>(usual_ - busy, 0);
+  busy_time_ += passed * busy;
+  (busy == 0 ? idle_time_ : starved_time_) += passed * others;
+}
+
+Scheduler::Usage Scheduler::usage() {
+  const auto seconds = [](Clock::duration time) { return std::chrono::duration<double>(time).count(); };
+  const std::lock_guard lock(mutex_);
+  account(Clock::now());
+  return {usual_, at_work_.size(), seconds(busy_time_), seconds(starved_time_), seconds(idle_time_)};
 }
 
 bool Scheduler::is_anyone_waiting() const {

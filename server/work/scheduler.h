@@ -41,6 +41,15 @@ class Scheduler {
 
   unsigned threads() const { return usual_; }
 
+  /// What threads have done since the start, in seconds times threads: idle while there was no work at all, starved
+  /// while others worked and there was nothing more to begin.
+  struct Usage {
+    unsigned threads;
+    std::size_t busy;  ///< Steps in progress; more than `threads` while some take long.
+    double busy_seconds, starved_seconds, idle_seconds;
+  };
+  Usage usage();
+
  private:
   struct Batch {
     bool waits() const { return next < count || !paused.empty(); }
@@ -71,6 +80,8 @@ class Scheduler {
   Batches::iterator next_turn(Batches& dropped);
   /// The body of the thread that looks for long steps.
   void watch();
+  /// Counts what threads did up to `now`; to be called before `at_work_` changes.
+  void account(Clock::time_point now);
   bool is_anyone_waiting() const;
   std::size_t most_at_work() const { return usual_ + std::min<std::size_t>(long_steps_, usual_); }
   void add_thread_if_needed();
@@ -86,6 +97,8 @@ class Scheduler {
   std::vector<Step*> at_work_;        ///< Has room for all.
   std::size_t long_steps_ = 0;        ///< Of those at work.
   bool closed_ = false;
+  Clock::time_point accounted_ = Clock::now();  ///< Up to when these are right, of all threads together:
+  Clock::duration busy_time_{}, starved_time_{}, idle_time_{};
   std::vector<std::jthread> threads_;  ///< Has room for all.
   std::jthread watch_;                 ///< It alone adds threads later.
 };

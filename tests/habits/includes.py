@@ -46,6 +46,7 @@ LIBRARIES = {
     "proto": ["nlohmann/"],
     "proto/import/gltf": ["draco/", "meshoptimizer.h"],
     "server": ["nlohmann/", "spdlog/", "CLI/"],
+    "server/metrics": ["prometheus/"],
     "client": ["boost/", "nlohmann/", "CLI/"],
     "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "draco/", "meshoptimizer.h", "xmmintrin.h"],
     "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/", "malloc.h"],

@@ -47,6 +47,27 @@ TEST(JobTable, TakesAJobThroughItsStates) {
   EXPECT_TRUE(table.film(id));
 }
 
+TEST(JobTable, TellsHowManyAreInWhichState) {
+  JobTable table({1000, 2, 1ULL << 40});
+  const auto counts = [&] { return table.usage().by_state; };
+  using Counts = std::array<std::uint32_t, 6>;
+  const std::string first = add(table), second = add(table), third = add(table);
+  EXPECT_EQ(counts(), (Counts{3, 0, 0, 0, 0, 0}));
+  table.start_preparing(first);
+  table.fail(second, "no reason");
+  EXPECT_EQ(counts(), (Counts{1, 1, 0, 0, 1, 0}));
+  table.start_rendering(first, std::nullopt, film());
+  EXPECT_EQ(table.usage().unfinished_bytes, 2 * image_bytes(order().settings));
+  table.complete(first);
+  EXPECT_EQ(table.usage().ended_bytes, image_bytes(order().settings));
+  EXPECT_EQ(counts(), (Counts{1, 0, 0, 1, 1, 0}));
+  table.cancel(third);  // Two are kept that have ended: the one that ended first is forgotten.
+  EXPECT_EQ(counts(), (Counts{0, 0, 0, 1, 0, 1}));
+  table.remove(first);
+  EXPECT_EQ(counts(), (Counts{0, 0, 0, 0, 0, 1}));
+  EXPECT_EQ(table.usage().unfinished, 0u);
+}
+
 TEST(JobTable, NothingHappensAfterTheEnd) {
   JobTable table(kRoomy);
   const auto job = table.add(order());

@@ -32,6 +32,32 @@ TEST(SingleFlight, KeepsWhatFits) {
   EXPECT_EQ(flights.find("unkept"), std::nullopt);
 }
 
+TEST(SingleFlight, TellsWhatWasAskedOfIt) {
+  Flights flights(kRoomy);
+  flights.get("a", always(1), std::stop_token{});
+  flights.get("a", always(1), std::stop_token{});
+  flights.find("a");
+  flights.find("b");  // Who doesn't find it has it made, or doesn't need it.
+  std::promise<void> go;
+  std::jthread maker([&] {
+    const auto make = [&](const std::stop_token&) {
+      go.get_future().wait();
+      return Flights::Made{2, 1};
+    };
+    flights.get("b", make, std::stop_token{});
+  });
+  while (flights.usage().misses < 2) std::this_thread::yield();
+  flights.get("b", always(3), [](const Flights::Answer&, bool shared) { EXPECT_TRUE(shared); });
+  go.set_value();
+  maker.join();
+  const CacheUsage usage = flights.usage();
+  EXPECT_EQ(usage.hits, 2u);
+  EXPECT_EQ(usage.joined, 1u);
+  EXPECT_EQ(usage.misses, 2u);
+  EXPECT_EQ(usage.limit, kRoomy);
+  EXPECT_EQ(usage.bytes, 2 * (1 + Lru<int>::overhead("a")));
+}
+
 TEST(SingleFlight, MakesOnceForAllWhoAskAtOnce) {
   constexpr int kThreads = 8;
   for (int round = 0; round < 50; ++round) {

@@ -240,6 +240,28 @@ TEST(Scheduler, LongStepsDontHoldUpOthers) {
   EXPECT_TRUE(scheduler.shut_down(kLong));
 }
 
+TEST(Scheduler, TellsWhatItsThreadsDid) {
+  Scheduler scheduler(2);
+  const auto at_first = Scheduler::Clock::now();
+  const auto idle = [&] { return scheduler.usage().idle_seconds; };
+  while (idle() < 0.02) std::this_thread::yield();
+  EXPECT_EQ(scheduler.usage().busy_seconds, 0);
+  EXPECT_EQ(scheduler.usage().starved_seconds, 0);
+  std::promise<void> go;
+  scheduler.submit(1, wait_for(go));
+  while (scheduler.usage().busy == 0) std::this_thread::yield();
+  while (scheduler.usage().busy_seconds < 0.02) std::this_thread::yield();
+  const Scheduler::Usage one_at_work = scheduler.usage();
+  EXPECT_EQ(one_at_work.threads, 2u);
+  EXPECT_EQ(one_at_work.busy, 1u);
+  EXPECT_DOUBLE_EQ(one_at_work.busy_seconds, one_at_work.starved_seconds);  // While one worked the other had nothing.
+  go.set_value();
+  while (scheduler.usage().busy > 0) std::this_thread::yield();
+  const Scheduler::Usage all = scheduler.usage();
+  const std::chrono::duration<double> wall = Scheduler::Clock::now() - at_first;
+  EXPECT_LE(all.busy_seconds + all.starved_seconds + all.idle_seconds, 2 * wall.count() + 0.01);
+}
+
 TEST(Scheduler, NoMoreThreadsThanUsualAreAtWorkWhenLongStepsHaveEnded) {
   Scheduler scheduler(1, std::chrono::seconds(2));  // longer than a busy machine holds up a short step
   std::promise<void> go, seen;

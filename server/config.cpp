@@ -105,6 +105,9 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   flag("--asset-root", paths.asset_root, "Folder whose files scenes may name by path; none without it");
   flag("--log-level", config.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  flag("--log-format", config.log_format, "text, or json: an object a line")->check(CLI::IsMember({"text", "json"}));
+  app.add_flag("--access-log", config.access_log, "Log a line for each request when it has been answered")
+      ->envname(variable_of("--access-log"));
   flag("--timeout", config.timeout, "Seconds for a request's header and for each piece of a body")
       ->check(CLI::Range(1U, 3600U));
   flag("--max-connections", config.max_connections, "Most connections at once; others wait to be accepted")

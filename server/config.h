@@ -25,6 +25,8 @@ struct Config {
   std::filesystem::path data_dir;
   std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.
   std::string log_level = "info";
+  std::string log_format = "text";  ///< Or "json".
+  bool access_log = false;          ///< A line for each request.
 
   unsigned timeout = 30;  ///< Seconds for a request's header, and for each piece of a body.
   std::uint32_t max_connections = 1000;

@@ -137,14 +137,20 @@ sigset_t hold_signals() {
   return signals;
 }
 
-void set_level_again(const ReadConfig& read_again) {
+LogSettings log_settings(const Config& config) {
+  return {config.log_level, config.log_format == "json" ? LogFormat::json : LogFormat::text, config.access_log};
+}
+
+void set_log_again(const ReadConfig& read_again, Log& log) {
   std::ostringstream said;
   const auto read = read_again(said, said);
   if (const Config* config = std::get_if<Config>(&read)) {
-    spdlog::set_level(spdlog::level::from_str(config->log_level));
+    log.set(log_settings(*config));
     spdlog::info("SIGHUP: the log's level is {}; other settings take a restart", config->log_level);
   } else {
-    spdlog::error("SIGHUP: the settings stay as they are: {}", said.str());
+    std::string why = said.str();
+    std::ranges::replace(why, '\n', ' ');
+    spdlog::error("SIGHUP: the settings stay as they are: {}", why);
   }
 }
 
@@ -157,12 +163,12 @@ void read_keys_again(KeyRing& keys) {
 }
 
 /// Works until a signal says that it is enough.
-void wait_for_end(const sigset_t& signals, const ReadConfig& read_again, KeyRing& keys) {
+void wait_for_end(const sigset_t& signals, const ReadConfig& read_again, Log& log, KeyRing& keys) {
   for (int signal = 0;;) {
     if (sigwait(&signals, &signal) != 0) continue;
     if (signal != SIGHUP) return spdlog::info("signal {}: stopping", signal);
     try {
-      set_level_again(read_again);
+      set_log_again(read_again, log);
       read_keys_again(keys);
     } catch (const std::exception& error) {
       spdlog::error("SIGHUP: {}", error.what());
@@ -203,7 +209,7 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
   std::cout << "listening on " << url_of(listening) << std::endl;
   spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
 
-  wait_for_end(signals, read_again, backend.keys);
+  wait_for_end(signals, read_again, log, backend.keys);
   backend.services.shutting_down = true;
   ::shutdown(listening.value(), SHUT_RD);  // Nobody connects any more.
   backend.jobs.shut_down();
@@ -225,7 +231,7 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
 
 int run_daemon(const Config& config, const ReadConfig& read_again) {
   const sigset_t signals = hold_signals();
-  Log log(config.log_level);
+  Log log(log_settings(config));
   try {
     serve_until_signal(config, read_again, signals, log);
     return 0;

@@ -11,6 +11,7 @@
 #include <new>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <poll.h>
@@ -28,8 +29,37 @@ constexpr std::chrono::milliseconds kLookAgain{50};
 constexpr std::chrono::seconds kPatience{1};  ///< At the end.
 
 std::atomic<std::uint64_t> dropped{0};
+std::atomic<LogFormat> format_now{LogFormat::text};
+std::atomic<LogSink*> access_sink{nullptr};  ///< Where it goes, if it is on.
+
+// Of the line that this thread logs.
+thread_local std::string_view request_at_hand;
+thread_local std::span<const LogField> fields_at_hand;
+
+/// Writes what spdlog is told, with what the thread that tells it has at hand.
+class LineFormatter final : public spdlog::formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) override {
+    const auto level = spdlog::level::to_string_view(message.level);
+    const auto write = [&](std::span<const LogField> fields) {
+      write_log_line(format_now, message.time, {level.data(), level.size()},
+                     {message.payload.data(), message.payload.size()}, fields, out);
+    };
+    const std::array request{LogField{"request_id", request_at_hand}};
+    if (message.logger_name.size() == 0)
+      write({});  // The log's own, whatever the thread is about.
+    else if (!fields_at_hand.empty())
+      write(fields_at_hand);
+    else
+      write(std::span(request).first(request_at_hand.empty() ? 0 : 1));
+  }
+  std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<LineFormatter>(); }
+};
 
 }  // namespace
+
+RequestScope::RequestScope(std::string_view id) : before_(std::exchange(request_at_hand, id)) {}
+RequestScope::~RequestScope() { request_at_hand = before_; }
 
 class LogSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
@@ -129,18 +159,37 @@ class LogSink : public spdlog::sinks::base_sink<std::mutex> {
   std::thread writer_;
 };
 
-Log::Log(const std::string& level) : sink_(std::make_shared<LogSink>()) {
+Log::Log(const LogSettings& settings) : sink_(std::make_shared<LogSink>()) {
+  sink_->set_formatter(std::make_unique<LineFormatter>());
   auto logger = std::make_shared<spdlog::logger>("tesserad", sink_);
   logger->set_error_handler([](const std::string&) { ++dropped; });  // A line that there was no memory for.
   spdlog::set_default_logger(std::move(logger));
-  spdlog::set_level(spdlog::level::from_str(level));
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+  set(settings);
+}
+
+void Log::set(const LogSettings& settings) {
+  spdlog::set_level(spdlog::level::from_str(settings.level));
+  format_now = settings.format;
+  access_sink = settings.access ? sink_.get() : nullptr;
+}
+
+bool is_access_logged() noexcept { return access_sink != nullptr; }
+
+void log_access(std::span<const LogField> fields) noexcept {
+  LogSink* const sink = access_sink;
+  if (!sink) return;
+  fields_at_hand = fields;
+  sink->log({"access", spdlog::level::info, "access"});
+  fields_at_hand = {};
 }
 
 Log::~Log() { close(); }
 
 std::uint64_t Log::lines_dropped() { return dropped; }
 
-void Log::close() { sink_->close(); }
+void Log::close() {
+  access_sink = nullptr;
+  sink_->close();
+}
 
 }  // namespace tessera::server

@@ -32,6 +32,7 @@ inline constexpr std::size_t kNoRoute = std::numeric_limits<std::size_t>::max();
 
 /// What a handler sees of a request: nothing of sockets.
 struct Request {
+  std::string id;        ///< Its own: `request_id`.
   std::string method;    ///< "GET" also where HEAD was asked: the session leaves the body away.
   bool is_head = false;  ///< HEAD was asked.
   Target target;

@@ -15,21 +15,23 @@
 #include <variant>
 #include <vector>
 
+#include <netdb.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
-#include "proto/wire/printable.h"
 #include "server/config.h"
 #include "server/http/authorization.h"
 #include "server/http/chunked_body.h"
 #include "server/http/cross_site.h"
 #include "server/http/listener.h"
 #include "server/http/request_head.h"
+#include "server/http/request_id.h"
 #include "server/http/response_head.h"
 #include "server/http/router.h"
 #include "server/http/waiting.h"
 #include "server/jobs/job_table.h"
+#include "server/log.h"
 #include "server/memory_reserve.h"
 #include "server/metrics/metrics.h"
 #include "server/store/blob_store.h"
@@ -82,6 +84,18 @@ std::optional<Response> refuse_early(Services& services, const Route& route, Req
   const MemoryReserve::Share share;
   if (auto refused = refuse_stranger(services, route, request)) return refused;
   return refuse_request(route, request);
+}
+
+/// "127.0.0.1", "::1"; "-" where there is none.
+std::string address_of_peer(int socket) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  char host[NI_MAXHOST];
+  auto* const generic = reinterpret_cast<sockaddr*>(&address);
+  if (::getpeername(socket, generic, &size) != 0 ||
+      ::getnameinfo(generic, size, host, sizeof host, nullptr, 0, NI_NUMERICHOST) != 0)
+    return "-";
+  return host;
 }
 
 /// Counts one for as long as it lives.
@@ -143,8 +157,10 @@ class Input {
 
 /// What is told of the request at hand when it has been answered.
 struct AtHand {
-  Channel::Clock::time_point since;  ///< When its header was there.
+  Channel::Clock::time_point since = Channel::Clock::now();  ///< When its header was there.
   std::size_t route = kNoRoute;
+  std::string id, method, target;  ///< Method and target as sent.
+  std::uint64_t bytes_sent = 0;    ///< Of its answer, header included.
 };
 
 /// What became of work in a lane.
@@ -158,6 +174,7 @@ class Session {
   Session(EventLoop& loop, FileDescriptor socket, Connections& connections, std::coroutine_handle<> coroutine)
       : loop_(loop),
         channel_(loop, std::move(socket), coroutine),
+        peer_(address_of_peer(channel_.socket())),
         connections_(connections),
         services_(connections.services),
         waiting_(loop, channel_, services_.jobs),
@@ -181,6 +198,7 @@ class Session {
     try {
       keep = co_await answer_one();
     } catch (const std::bad_alloc&) {
+      const RequestScope scope(at_hand_.id);
       spdlog::error("a request is refused: the server is out of memory");
       if (!has_answered_) ::send(channel_.socket(), kNoMemory.data(), kNoMemory.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       tell_end(503);
@@ -198,6 +216,10 @@ class Session {
     const Counted active(connections_.requests_active);
     const bool stopping = services_.shutting_down;
     at_hand_.since = Channel::Clock::now();
+    at_hand_.method = head.method;
+    at_hand_.target = head.target;
+    const auto given_id = head.headers.find("x-request-id");
+    at_hand_.id = request_id(given_id == head.headers.end() ? std::nullopt : std::optional(given_id->second));
     body_is_read_ = !wrong && !head.has_body();
     Response response;
     if (wrong)
@@ -205,11 +227,10 @@ class Session {
     else
       response = co_await respond(head);
     if (channel_.broken().stop_requested()) {
-      spdlog::debug("{} {} abandoned", head.method, proto::printable(head.target));
       tell_end(kHungUp);
       co_return false;
     }
-    spdlog::debug("{} {} {}", head.method, proto::printable(head.target), response.status);
+    add_request_id(response, at_hand_.id);
     // A body that wasn't read to its end stands where the next request should begin.
     const bool keep = head.keep_alive && body_is_read_ && !stopping;
     const bool sent = co_await send(head, response, keep);
@@ -218,7 +239,19 @@ class Session {
   }
 
   void tell_end(int status) {
-    metrics().request_answered(at_hand_.route, status, Channel::Clock::now() - at_hand_.since);
+    const RequestScope scope(at_hand_.id);
+    const Channel::Clock::duration time = Channel::Clock::now() - at_hand_.since;
+    metrics().request_answered(at_hand_.route, status, time);
+    spdlog::debug("{} {} {}", at_hand_.method, at_hand_.target, status);
+    if (!is_access_logged()) return;
+    const LogField fields[] = {{"method", at_hand_.method},
+                               {"path", at_hand_.target},
+                               {"status", static_cast<std::uint64_t>(status)},
+                               {"bytes", at_hand_.bytes_sent},
+                               {"seconds", std::chrono::duration<double>(time).count()},
+                               {"client", std::string_view(peer_)},
+                               {"request_id", at_hand_.id}};
+    log_access(fields);
   }
 
   Task<Received> receive_head(RequestHead& head, std::optional<Problem>& wrong) {
@@ -242,6 +275,7 @@ class Session {
   Task<Response> respond(const RequestHead& head) {
     Response response;
     Request request;
+    request.id = at_hand_.id;
     request.abandoned = channel_.broken();
     if (auto wrong = read_request(head, request))
       response = refuse(*wrong);
@@ -280,6 +314,7 @@ class Session {
     } catch (const std::bad_alloc&) {
       wrong = problem(ProblemCode::out_of_memory_budget, "There is no memory for this body.");
     } catch (const std::exception& error) {  // The disk is full, say.
+      const RequestScope scope(at_hand_.id);
       spdlog::error("receiving a body: {}", error.what());
       wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");
     }
@@ -339,6 +374,7 @@ class Session {
 
   Outcome run_guarded(const Route& route, const Handler& handler, Request& request) noexcept {
     const MemoryReserve::Share share;
+    const RequestScope scope(request.id);
     Outcome outcome;
     try {
       outcome.response = run_handler(route, handler, services_, request);
@@ -466,6 +502,7 @@ class Session {
       const ssize_t count = ::sendmsg(channel_.socket(), &message, MSG_NOSIGNAL);
       if (count >= 0) {
         has_answered_ = true;
+        at_hand_.bytes_sent += static_cast<std::uint64_t>(count);
         const auto of_first = std::min(static_cast<std::size_t>(count), first.size());
         first.remove_prefix(of_first);
         second.remove_prefix(static_cast<std::size_t>(count) - of_first);
@@ -508,6 +545,7 @@ class Session {
 
   EventLoop& loop_;
   Channel channel_;
+  const std::string peer_;  ///< Its address.
   Connections& connections_;
   Services& services_;
   Waiting waiting_;

@@ -1,8 +1,13 @@
 """What somebody needs who runs the daemon: metrics, logs, readiness, signals."""
 
+import contextlib
+import json
+import os
 import re
 import shutil
+import signal
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -122,6 +127,100 @@ class MetricsTest(unittest.TestCase):
             self.assertGreater(metrics("process_resident_memory_bytes"), 1 << 20)
             self.assertGreater(metrics("process_open_fds"), 5)
             self.assertGreater(metrics("process_threads"), 5)
+
+
+class RequestIdTest(unittest.TestCase):
+    def test_answers_carry_it(self):
+        with Daemon() as daemon:
+            for path, status in (("/livez", 200), ("/nothing", 404), ("/v1/jobs?limit=x", 400)):
+                with self.subTest(path):
+                    reply = daemon.request("GET", path, headers={"X-Request-Id": "mine-1"})
+                    self.assertEqual((reply.status, reply.headers.get_all("X-Request-Id")), (status, ["mine-1"]))
+                    if status != 200:
+                        self.assertEqual(reply.json()["request_id"], "mine-1")
+            made = set()
+            for given in ("a b", "x" * 129, 'a"b', "{}", "", "caf\xe9", None):
+                reply = daemon.request("GET", "/nothing", headers={} if given is None else {"X-Request-Id": given})
+                self.assertNotEqual(reply.headers["X-Request-Id"], given)
+                self.assertEqual(reply.headers["X-Request-Id"], reply.json()["request_id"])
+                made.add(reply.headers["X-Request-Id"])
+            self.assertEqual(len(made), 7)
+            reply = daemon.request("GET", "/bad%", headers={"X-Request-Id": "mine-2"})
+            self.assertEqual((reply.status, reply.json()["request_id"]), (400, "mine-2"))
+
+    def test_what_is_no_request_has_one(self):
+        with Daemon() as daemon, contextlib.closing(daemon.connect()) as connection:
+            connection.send(b"BROKEN\r\n\r\n")
+            answer = b""
+            while piece := connection.sock.recv(4096):
+                answer += piece
+            head, body = answer.split(b"\r\n\r\n")
+            self.assertIn(b"X-Request-Id: " + json.loads(body)["request_id"].encode(), head)
+
+
+class LogTest(unittest.TestCase):
+    def wait_for_line(self, daemon, words):
+        """The first line of the log that has all of these words."""
+        has_all = lambda line: all(word in line for word in words)
+        return next(filter(has_all, until(lambda: daemon.log().splitlines(), lambda lines: any(map(has_all, lines)))))
+
+    def test_access_log(self):
+        with Daemon("--access-log", "--log-level", "warn") as daemon:
+            daemon.request("GET", "/v1/jobs?limit=1", headers={"X-Request-Id": "one"})
+            line = self.wait_for_line(daemon, ["request_id=one"])
+            self.assertRegex(line, r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z info access method=GET "
+                             r'path="/v1/jobs\?limit=1" status=200 bytes=\d+ seconds=\d+\.\d{6} client=127\.0\.0\.1 '
+                             r"request_id=one$")
+            daemon.request("HEAD", "/nothing", headers={"X-Request-Id": "two"})
+            self.assertIn("method=HEAD path=/nothing status=404", self.wait_for_line(daemon, ["request_id=two"]))
+        with Daemon() as daemon:
+            daemon.request("GET", "/livez")
+            self.assertNotIn("access", daemon.log())
+
+    def test_lines_of_a_request_carry_its_id(self):
+        with Daemon("--log-format", "json") as daemon:
+            reply = daemon.request("POST", "/v1/jobs", SMALL_JOB, {"X-Request-Id": "maker"})
+            line = self.wait_for_line(daemon, [reply.json()["id"], "queued"])
+            self.assertEqual(json.loads(line)["request_id"], "maker")
+
+    def test_json_lines(self):
+        hostile = b'GET /a"b%0a{"level":"error"} HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n'
+        raw = b"GET /\x1b[31m\xff\x85 HTTP/1.1\r\nHost: a\r\nX-Request-Id: raw\r\nConnection: close\r\n\r\n"
+        with Daemon("--access-log", "--log-format", "json", "--log-level", "debug") as daemon:
+            daemon.wait_ended(daemon.submit(SMALL_JOB))
+            for sent in (hostile, raw, b"\x00\x01\r\n\r\n"):
+                with contextlib.closing(daemon.connect()) as connection:
+                    connection.send(sent)
+                    while connection.sock.recv(4096):
+                        pass
+            daemon.request("GET", "/livez", headers={"X-Request-Id": "last"})
+            self.wait_for_line(daemon, ['"request_id":"last"', "access"])
+            lines = [json.loads(line) for line in daemon.log().splitlines()]
+            for line in lines:
+                self.assertLessEqual({"ts", "level", "message"}, line.keys())
+            access = [line for line in lines if line["message"] == "access"]
+            for line in access:
+                self.assertEqual(set(line) - {"ts", "level", "message"},
+                                 {"method", "path", "status", "bytes", "seconds", "client", "request_id"})
+                self.assertIsInstance(line["status"], int)
+                self.assertIsInstance(line["seconds"], float)
+            self.assertEqual(sum(line["status"] == 400 for line in access), 3)
+            self.assertTrue(any("/?[31m" in line["path"] for line in access), access)
+
+    def test_sighup_turns_the_access_log_on(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "settings")
+            with open(path, "w", encoding="ascii") as file:
+                file.write("log-format = text\n")
+            with Daemon("--config", path) as daemon:
+                daemon.request("GET", "/livez")
+                with open(path, "w", encoding="ascii") as file:
+                    file.write("log-format = json\naccess-log = true\n")
+                daemon.process.send_signal(signal.SIGHUP)
+                self.wait_for_line(daemon, ["SIGHUP"])
+                daemon.request("GET", "/livez", headers={"X-Request-Id": "later"})
+                self.assertEqual(json.loads(self.wait_for_line(daemon, ["later"]))["path"], "/livez")
+                self.assertEqual(daemon.log().count("/livez"), 1)
 
 
 if __name__ == "__main__":

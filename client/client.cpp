@@ -144,6 +144,10 @@ json Client::stats(const std::string& id) const {
   return parse(call({.method = "GET", .target = job_path(id) + "/stats"}), "statistics");
 }
 
+HttpResponse Client::ask(const std::string& target) const {
+  return exchange(address_, {.method = "GET", .target = target});
+}
+
 json Client::capabilities() const {
   json answer = parse(call({.method = "GET", .target = "/v1/capabilities"}), "list of capabilities");
   if (!answer.is_object()) throw not_understood("list of capabilities");

@@ -66,6 +66,9 @@ class Client {
   nlohmann::json plan(const std::string& id) const;
   nlohmann::json stats(const std::string& id) const;
 
+  /// The answer to a GET, whatever its status.
+  HttpResponse ask(const std::string& target) const;
+
   /// What the server can do.
   nlohmann::json capabilities() const;
 

@@ -106,7 +106,8 @@ class Connection {
       check(error);
     }
     auto message = parser.release();
-    return {message.result_int(), std::string(message[http::field::retry_after]), std::move(message.body())};
+    return {message.result_int(), std::string(message[http::field::retry_after]), std::move(message.body()),
+            std::string(message[http::field::date])};
   }
 
   void finish() {

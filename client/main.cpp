@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kExitCodes =
     "Exit codes:\n"
     "  0  all went well\n"
-    "  1  the job failed or was canceled\n"
+    "  1  the job failed or was canceled, or doctor found something wrong\n"
     "  2  the command line is wrong\n"
     "  3  the server refused; what is wrong stands on stderr, a line for each place\n"
     "  4  the server can't be reached\n"
@@ -85,6 +85,7 @@ ExitCode run(int argc, char** argv) {
   add_plan_and_stats(tool, session);
   add_capabilities(tool, session);
   add_keys(tool, session);
+  add_doctor(tool, session);
 
   run_commands(tool, session, argc, argv);
   return session.finish();

@@ -127,6 +127,9 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
        "Folder where hierarchies of meshes are kept for the next start, and for other daemons; none without it");
   size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go")
       ->check(kAtLeast1);
+  size("--min-free-disk", config.min_free_disk, "With less on the disk of --data-dir, /readyz says so");
+  flag("--drain-seconds", config.drain_seconds, "How long jobs may go on after SIGTERM; a second one ends them at once")
+      ->check(CLI::Range(0U, 86400U));
   flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image")->check(kNotNegative)->check(kAtLeast1);
   flag("--max-samples", config.documents.max_samples, "Most samples of an image")
       ->check(kNotNegative)

@@ -43,6 +43,9 @@ struct Config {
   std::uint64_t max_structure_dir = 16ULL << 30;       ///< and how much of them.
   proto::Limits documents;
 
+  std::uint64_t min_free_disk = 256ULL << 20;  ///< With less the server isn't ready.
+  unsigned drain_seconds = 25;                 ///< How long jobs may go on after SIGTERM.
+
   bool drake = false;        ///< Serve POST /render as Drake's glTF render clients want it,
   std::string drake_prefix;  ///< under this path: empty, or "/" and segments.
 

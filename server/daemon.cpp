@@ -4,8 +4,11 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
+#include <ctime>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -32,6 +35,7 @@
 #include "server/jobs/quotas.h"
 #include "server/log.h"
 #include "server/memory_reserve.h"
+#include "server/service_manager.h"
 #include "server/services.h"
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
@@ -40,6 +44,7 @@
 #include "server/store/scene_store.h"
 #include "server/store/structure_cache.h"
 #include "server/store/wide_store.h"
+#include "server/watchdog.h"
 #include "server/work/scheduler.h"
 
 namespace tessera::server {
@@ -70,6 +75,10 @@ StructureCache::Make make_from(const std::optional<WideStore>& store, unsigned t
   };
 }
 
+JobTable::Limits job_limits(const Config& config) {
+  return {config.max_jobs, config.max_ended_jobs, config.max_film_memory};
+}
+
 /// Everything behind the sockets, wired together.
 struct Backend {
   explicit Backend(const Config& config)
@@ -80,7 +89,7 @@ struct Backend {
         scenes(folder.scenes(), blobs, config.documents, config.scene_cache),
         wide_store(open_wide_store(config)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
-        jobs({config.max_jobs, config.max_ended_jobs, config.max_film_memory}),
+        jobs(job_limits(config)),
         images(config.image_cache),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
@@ -109,8 +118,10 @@ class IoThreads {
   ~IoThreads() { stop(); }
 
   /// Throws std::system_error when there can't be so many.
-  void start(const FileDescriptor& listening, Connections& connections) {
+  void start(const FileDescriptor& listening, Connections& connections, Watchdog& watchdog) {
     for (EventLoop& loop : loops_) accept_all(loop, listening, connections).handle.resume();
+    for (std::size_t i = 0; watchdog.is_wanted() && i < loops_.size(); ++i)
+      watchdog.watch(loops_[i], i).handle.resume();
     for (EventLoop& loop : loops_) threads_.emplace_back([&loop] { loop.run(); });
   }
 
@@ -141,17 +152,12 @@ LogSettings log_settings(const Config& config) {
   return {config.log_level, config.log_format == "json" ? LogFormat::json : LogFormat::text, config.access_log};
 }
 
-void set_log_again(const ReadConfig& read_again, Log& log) {
-  std::ostringstream said;
-  const auto read = read_again(said, said);
-  if (const Config* config = std::get_if<Config>(&read)) {
-    log.set(log_settings(*config));
-    spdlog::info("SIGHUP: the log's level is {}; other settings take a restart", config->log_level);
-  } else {
-    std::string why = said.str();
-    std::ranges::replace(why, '\n', ' ');
-    spdlog::error("SIGHUP: the settings stay as they are: {}", why);
-  }
+/// As many file descriptors as the system lets this process have; how many those are.
+rlim_t raise_descriptor_limit() {
+  rlimit files{};
+  if (::getrlimit(RLIMIT_NOFILE, &files) != 0) return std::numeric_limits<rlim_t>::max();
+  const rlim_t given = std::exchange(files.rlim_cur, files.rlim_max);
+  return ::setrlimit(RLIMIT_NOFILE, &files) == 0 ? files.rlim_max : given;
 }
 
 void read_keys_again(KeyRing& keys) {
@@ -162,26 +168,89 @@ void read_keys_again(KeyRing& keys) {
   }
 }
 
-/// Works until a signal says that it is enough.
-void wait_for_end(const sigset_t& signals, const ReadConfig& read_again, Log& log, KeyRing& keys) {
-  for (int signal = 0;;) {
-    if (sigwait(&signals, &signal) != 0) continue;
-    if (signal != SIGHUP) return spdlog::info("signal {}: stopping", signal);
+/// As many connections as the settings allow and there are file descriptors for, half of them being for files.
+std::uint32_t most_connections(const Config& config, rlim_t descriptors) {
+  const rlim_t most = std::max<rlim_t>(descriptors / 2, 1);
+  if (config.max_connections <= most) return config.max_connections;
+  spdlog::warn(
+      "of --max-connections {} only {} are taken: the system gives {} file descriptors (LimitNOFILE, ulimit -n)",
+      config.max_connections, most, descriptors);
+  return static_cast<std::uint32_t>(most);
+}
+
+/// The daemon at work, as signals change it.
+class Operation {
+ public:
+  Operation(const sigset_t& signals, const ReadConfig& read_again, Log& log, const ServiceManager& manager)
+      : signals_(signals), read_again_(read_again), log_(log), manager_(manager) {}
+
+  /// Puts in force what may change while requests and jobs are under way. Everything else takes a restart.
+  void apply(const Config& config, Backend& backend) {
+    log_.set(log_settings(config));
+    backend.jobs.set_limits(job_limits(config));
+    backend.services.most_connections = most_connections(config, descriptors_);
+    backend.services.least_free_disk = config.min_free_disk;
+    drain_ = std::chrono::seconds(config.drain_seconds);
+  }
+
+  /// Works until a signal says that it is enough.
+  void wait_for_end(Backend& backend) {
+    for (int signal = 0;;) {
+      if (sigwait(&signals_, &signal) != 0) continue;
+      if (signal != SIGHUP) return spdlog::info("signal {}: stopping", signal);
+      reload(backend);
+    }
+  }
+
+  /// Takes no more jobs, and waits until those that there are have ended, until it takes too long, or for another
+  /// signal to stop.
+  void drain(Backend& backend) {
+    backend.services.draining = true;
+    backend.jobs.close();
+    const auto deadline = std::chrono::steady_clock::now() + drain_;
+    const auto left = [&] { return backend.jobs.usage().unfinished; };
+    if (left() > 0) spdlog::info("{} jobs go on, for {} s at most", left(), drain_.count());
+    while (left() > 0 && std::chrono::steady_clock::now() < deadline) {
+      const timespec pause{0, std::chrono::nanoseconds(kLookAgain).count()};
+      const int signal = ::sigtimedwait(&signals_, nullptr, &pause);
+      if (signal == SIGHUP) reload(backend);
+      if (signal == SIGTERM || signal == SIGINT) break;
+    }
+    if (left() > 0) spdlog::warn("{} jobs are ended before they are done", left());
+  }
+
+ private:
+  void reload(Backend& backend) {
+    manager_.tell_reloading();
     try {
-      set_log_again(read_again, log);
-      read_keys_again(keys);
+      read_keys_again(backend.keys);
+      std::ostringstream said;
+      const auto read = read_again_(said, said);
+      if (const Config* config = std::get_if<Config>(&read)) {
+        apply(*config, backend);
+        spdlog::info(
+            "SIGHUP: the log's level is {}, the access log {}; at most {} jobs, {} ended ones, {} bytes of images, {} "
+            "connections; other settings take a restart",
+            config->log_level, config->access_log ? "on" : "off", config->max_jobs, config->max_ended_jobs,
+            config->max_film_memory, backend.services.most_connections.load());
+      } else {
+        std::string why = said.str();
+        std::ranges::replace(why, '\n', ' ');
+        spdlog::error("SIGHUP: the settings stay as they are: {}", why);
+      }
     } catch (const std::exception& error) {
       spdlog::error("SIGHUP: {}", error.what());
     }
+    manager_.tell("READY=1");
   }
-}
 
-/// As many connections as the settings allow and the system has file descriptors for, half of them being for files.
-std::uint32_t most_connections(const Config& config) {
-  rlimit files{};
-  if (::getrlimit(RLIMIT_NOFILE, &files) != 0) return config.max_connections;
-  return static_cast<std::uint32_t>(std::min<rlim_t>(config.max_connections, std::max<rlim_t>(files.rlim_cur / 2, 1)));
-}
+  const sigset_t signals_;
+  const ReadConfig& read_again_;
+  Log& log_;
+  const ServiceManager& manager_;
+  const rlim_t descriptors_ = raise_descriptor_limit();
+  std::chrono::seconds drain_{0};
+};
 
 /// Throws where strangers could come in by mistake.
 void expect_keys_beyond_loopback(const Config& config, const KeyRing& keys, const FileDescriptor& listening) {
@@ -198,18 +267,25 @@ void expect_keys_beyond_loopback(const Config& config, const KeyRing& keys, cons
 
 void serve_until_signal(const Config& config, const ReadConfig& read_again, const sigset_t& signals, Log& log) {
   MemoryReserve::refill();
+  const ServiceManager manager;
+  Operation operation(signals, read_again, log, manager);
   Backend backend(config);
+  operation.apply(config, backend);
   Lane quick(kQuickThreads), slow(kSlowThreads);
-  Connections connections{backend.services, quick, slow, most_connections(config)};
+  Connections connections{backend.services, quick, slow};
   backend.services.connections = &connections;
   const FileDescriptor listening = listen_on(config.host, config.port);
   expect_keys_beyond_loopback(config, backend.keys, listening);
+  Watchdog watchdog(manager, kIoThreads);
   IoThreads io;
-  io.start(listening, connections);
+  io.start(listening, connections, watchdog);
   std::cout << "listening on " << url_of(listening) << std::endl;
   spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
+  manager.tell("READY=1");
 
-  wait_for_end(signals, read_again, log, backend.keys);
+  operation.wait_for_end(backend);
+  manager.tell("STOPPING=1");
+  operation.drain(backend);
   backend.services.shutting_down = true;
   ::shutdown(listening.value(), SHUT_RD);  // Nobody connects any more.
   backend.jobs.shut_down();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 
 namespace tessera::server {
 
@@ -32,8 +33,11 @@ struct Services {
   JobRunner& runner;
   Scheduler& scheduler;
   StructureCache& structures;
-  const Connections* connections = nullptr;  ///< Once there are any.
-  std::atomic<bool> shutting_down{false};
+  const Connections* connections = nullptr;        ///< Once there are any.
+  std::atomic<std::uint32_t> most_connections{0};  ///< At once.
+  std::atomic<std::uint64_t> least_free_disk{0};   ///< With less the server isn't ready.
+  std::atomic<bool> draining{false};               ///< No jobs are taken any more; those that there are go on.
+  std::atomic<bool> shutting_down{false};          ///< Nothing goes on.
 };
 
 }  // namespace tessera::server

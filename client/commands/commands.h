@@ -20,6 +20,7 @@ void add_cancel_and_delete(CLI::App& tool, Session& session);
 void add_plan_and_stats(CLI::App& tool, Session& session);
 void add_capabilities(CLI::App& tool, Session& session);
 void add_keys(CLI::App& tool, Session& session);
+void add_doctor(CLI::App& tool, Session& session);
 
 /// Adds ID, the job that a command is about, as `Client::find_job` takes it.
 void add_job_argument(CLI::App& command, std::string& id);

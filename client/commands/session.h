@@ -14,7 +14,7 @@ namespace tessera::client {
 /// How the tool ends; scripts rely on these.
 enum class ExitCode {
   ok = 0,
-  job_did_not_complete = 1,
+  job_did_not_complete = 1,  ///< Or something else is found to be wrong.
   usage = 2,
   refused = 3,
   unreachable = 4,

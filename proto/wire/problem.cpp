@@ -76,8 +76,8 @@ constexpr std::array kTable{
                  "What the server may spend on documents, images or this request is spent at the moment. Try again "
                  "later, or send less."},
     ProblemEntry{ProblemCode::not_ready, "not_ready", 503, "The server takes no jobs now",
-                 "The jobs that haven't ended are as many, or their images as large, as the server takes. It is ready "
-                 "again when some have ended."},
+                 "The jobs that haven't ended are as many, or their images as large, as the server takes, and it is "
+                 "ready again when some have ended; or its disk is full or lost. `checks` says which."},
     ProblemEntry{ProblemCode::shutting_down, "shutting_down", 503, "The server is shutting down",
                  "The server is about to stop and takes nothing new. Try again when it, or another one, is up."},
     ProblemEntry{ProblemCode::not_implemented, "not_implemented", 501, "The server can not do this",

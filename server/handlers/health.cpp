@@ -1,4 +1,7 @@
+#include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -12,6 +15,7 @@
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_table.h"
 #include "server/log.h"
+#include "server/store/disk_health.h"
 
 namespace tessera::server {
 namespace {
@@ -39,6 +43,30 @@ json names_json(std::span<const proto::Choice<T>> choices) {
   return list;
 }
 
+/// Something that has to be well for a job to be taken.
+struct ReadinessCheck {
+  const char* name;
+  std::string problem;  ///< Empty where it is well.
+  json figures;
+};
+
+std::vector<ReadinessCheck> readiness_checks(Services& services) {
+  const std::uint64_t least_free = services.least_free_disk;
+  const DiskHealth disk = disk_health(services.config.data_dir, least_free);
+  const JobTable::Usage jobs = services.jobs.usage();
+  // While there is room for a job the server is ready, however much it has to do; when there is none it isn't, for
+  // whoever sends jobs here would only be refused.
+  const auto refusal = services.jobs.refusal(Settings{});
+  const auto why = [&](proto::ProblemCode code) { return refusal && refusal->code == code ? refusal->detail : ""; };
+  std::string memory = why(proto::ProblemCode::out_of_memory_budget), queue = why(proto::ProblemCode::too_many_jobs);
+  return {
+      {"disk", disk.problem, {{"free_bytes", disk.free_bytes}, {"least_free_bytes", least_free}}},
+      {"memory",
+       std::move(memory),
+       {{"unfinished_bytes", jobs.unfinished_bytes + jobs.passes_bytes}, {"limit_bytes", jobs.limits.film_bytes}}},
+      {"queue", std::move(queue), {{"unfinished_jobs", jobs.unfinished}, {"limit_jobs", jobs.limits.unfinished_jobs}}}};
+}
+
 }  // namespace
 
 Response livez(Services&, Request&) {
@@ -46,13 +74,19 @@ Response livez(Services&, Request&) {
 }
 
 Response readyz(Services& services, Request&) {
-  if (services.shutting_down)
+  if (services.draining)
     return problem_response({proto::ProblemCode::shutting_down, "The server is about to stop.", {}});
-  // While there is room for a job the server is ready, however much it has to do; when there is none it isn't, for
-  // whoever sends jobs here would only be refused.
-  if (const auto refusal = services.jobs.refusal(Settings{}))
-    return problem_response({proto::ProblemCode::not_ready, refusal->detail, {}});
-  return json_response(200, {{"status", "ready"}});
+  std::string not_ready;
+  json checks = json::object();
+  for (ReadinessCheck& check : readiness_checks(services)) {
+    json& told = checks[check.name] = std::move(check.figures);
+    told["ready"] = check.problem.empty();
+    if (check.problem.empty()) continue;
+    not_ready += (not_ready.empty() ? "" : "; ") + std::string(check.name) + ": " + check.problem;
+    told["problem"] = std::move(check.problem);
+  }
+  if (not_ready.empty()) return json_response(200, {{"status", "ready"}, {"checks", std::move(checks)}});
+  return problem_response({proto::ProblemCode::not_ready, not_ready + '.', {}}, {{"checks", std::move(checks)}});
 }
 
 Response show_version(Services&, Request&) {
@@ -61,6 +95,7 @@ Response show_version(Services&, Request&) {
 
 Response show_capabilities(Services& services, Request&) {
   const Config& config = services.config;
+  const JobTable::Limits limits = services.jobs.usage().limits;
   return json_response(200, {{"accel", accel_capabilities_json()},
                              {"screen_bounds", names_json(proto::screen_bounds_names())},
                              {"aovs", names_json(proto::aov_names())},
@@ -73,12 +108,12 @@ Response show_capabilities(Services& services, Request&) {
                              {"asset_root", config.asset_root.has_value()},
                              {"threads", services.runner.threads()},
                              {"limits",
-                              {{"connections", config.max_connections},
+                              {{"connections", services.most_connections.load()},
                                {"document_bytes", config.max_body},
                                {"blob_bytes", config.max_blob},
-                               {"unfinished_jobs", config.max_jobs},
-                               {"ended_jobs", config.max_ended_jobs},
-                               {"film_bytes", config.max_film_memory},
+                               {"unfinished_jobs", limits.unfinished_jobs},
+                               {"ended_jobs", limits.ended_jobs},
+                               {"film_bytes", limits.film_bytes},
                                {"pixels", config.documents.max_pixels},
                                {"tiles", config.documents.max_tiles},
                                {"samples", config.documents.max_samples},

@@ -53,7 +53,7 @@ Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connection
   bool has_complained = false;
   while (!connections.services.shutting_down) {
     channel.never_expires();
-    if (connections.open >= connections.most_open) {
+    if (connections.open >= connections.services.most_connections) {
       channel.expires_after(kPause);
       co_await channel.change();
       continue;

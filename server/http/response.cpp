@@ -29,9 +29,12 @@ Response json_response(int status, const nlohmann::json& body) {
   return {status, {{"Content-Type", "application/json"}}, dump(body)};
 }
 
-Response problem_response(const proto::Problem& problem) {
-  Response response{
-      proto::entry(problem.code).status, {{"Content-Type", "application/problem+json"}}, dump(proto::to_json(problem))};
+Response problem_response(const proto::Problem& problem) { return problem_response(problem, nlohmann::json::object()); }
+
+Response problem_response(const proto::Problem& problem, const nlohmann::json& members) {
+  nlohmann::json body = proto::to_json(problem);
+  body.update(members);
+  Response response{proto::entry(problem.code).status, {{"Content-Type", "application/problem+json"}}, dump(body)};
   if (may_pass(problem.code))
     response.headers.emplace_back("Retry-After", std::to_string(problem.retry_after.value_or(1)));
   return response;

@@ -49,6 +49,8 @@ Response json_response(int status, const nlohmann::json& body);
 
 /// Problem details; with Retry-After where trying again can help.
 Response problem_response(const proto::Problem& problem);
+/// The same with members that this problem has beside those that all have (RFC 9457, 3.2).
+Response problem_response(const proto::Problem& problem, const nlohmann::json& members);
 /// The same as text, for clients that show it to people, and know the statuses 400 and 500 alone.
 Response text_response(const proto::Problem& problem);
 

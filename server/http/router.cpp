@@ -51,7 +51,7 @@ std::span<const Route> route_table() {
       {"POST", "/v1/render", render_query_names(), Body::asset, Place::quick, post_render},
       {"POST", "/render", drake_query_names(), Body::asset, Place::quick, post_drake_render, text_response, true},
       open_to_all({"GET", "/livez", {}, Body::none, Place::io, livez}),
-      open_to_all({"GET", "/readyz", {}, Body::none, Place::io, readyz}),
+      open_to_all({"GET", "/readyz", {}, Body::none, Place::quick, readyz}),
       {"GET", "/metrics", {}, Body::none, Place::quick, show_metrics},
       {"GET", "/v1/version", {}, Body::none, Place::io, show_version},
       {"GET", "/v1/capabilities", {}, Body::none, Place::io, show_capabilities},
@@ -150,7 +150,7 @@ std::variant<const Route*, Response> find_route(const Config& config, Request& r
       continue;
     }
     request.parameter = *std::move(parameter);
-      request.route = static_cast<std::size_t>(&route - route_table().data());
+    request.route = static_cast<std::size_t>(&route - route_table().data());
     return &route;
   }
   if (allowed.empty())

@@ -242,7 +242,10 @@ class Session {
     const RequestScope scope(at_hand_.id);
     const Channel::Clock::duration time = Channel::Clock::now() - at_hand_.since;
     metrics().request_answered(at_hand_.route, status, time);
-    spdlog::debug("{} {} {}", at_hand_.method, at_hand_.target, status);
+    if (status == kHungUp)
+      spdlog::debug("{} {} abandoned", at_hand_.method, at_hand_.target);
+    else
+      spdlog::debug("{} {} {}", at_hand_.method, at_hand_.target, status);
     if (!is_access_logged()) return;
     const LogField fields[] = {{"method", at_hand_.method},
                                {"path", at_hand_.target},

@@ -16,8 +16,7 @@ struct Connections {
   Services& services;
   Lane& quick;                                 ///< For work that is bounded, so that it never waits long.
   Lane& slow;                                  ///< For all other work that isn't for I/O threads.
-  std::uint32_t most_open;                     ///< Connections at once;
-  std::atomic<std::uint32_t> open{0};          ///< and how many there are.
+  std::atomic<std::uint32_t> open{0};          ///< Connections that there are.
   std::atomic<int> requests_active{0};         ///< Header read, response not written yet.
   std::atomic<std::uint64_t> body_bytes{0};    ///< Of bodies that connections hold in memory.
   std::atomic<std::uint64_t> answer_bytes{0};  ///< Of encoded images that are being sent.

@@ -94,7 +94,7 @@ std::optional<Problem> JobTable::refusal_of(std::uint64_t film) const {
     return Problem{ProblemCode::too_many_jobs,
                    std::to_string(unfinished_) + " jobs haven't ended; submit this one when fewer are left.",
                    {}};
-  if (film > limits_.film_bytes - taken())
+  if (film > limits_.film_bytes - std::min(taken(), limits_.film_bytes))
     return Problem{ProblemCode::out_of_memory_budget,
                    "The images of jobs that haven't ended fill the memory set aside for images; submit this one when "
                    "fewer are left.",
@@ -418,6 +418,16 @@ std::vector<JobView> JobTable::list(std::string_view after, std::size_t limit, s
 JobTable::Usage JobTable::usage() {
   const std::lock_guard lock(mutex_);
   return {limits_, by_state_, unfinished_, unfinished_bytes_, ended_bytes_, leaving(), *passes_bytes_};
+}
+
+void JobTable::set_limits(const Limits& limits) {
+  const std::lock_guard lock(mutex_);
+  limits_ = limits;
+}
+
+void JobTable::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
 }
 
 void JobTable::shut_down() {

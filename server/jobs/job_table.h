@@ -152,7 +152,13 @@ class JobTable {
   };
   Usage usage();
 
-  /// Cancels every job that hasn't ended, and admits no more.
+  /// In force for what comes from now on: nothing ends, or is refused afterwards, because of smaller ones.
+  void set_limits(const Limits& limits);
+
+  /// Admits no more jobs.
+  void close();
+
+  /// Admits no more jobs, and ends all that haven't ended, for the process does: nobody canceled them.
   void shut_down();
 
  private:
@@ -202,8 +208,8 @@ class JobTable {
   Job* find_unfinished(const std::string& id);
   void let_go(const std::string& id) noexcept;
 
-  const Limits limits_;
-  mutable std::mutex mutex_;             ///< Guards what follows.
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  Limits limits_;
   Jobs jobs_;                            ///< Ids grow, so this is the order of arrival.
   std::list<std::string> ended_;         ///< Jobs in the order in which they ended.
   std::list<std::string> ended_images_;  ///< Those among them whose films are there.

@@ -140,10 +140,11 @@ void tell_memory(Families& to, const JobTable::Usage& jobs, const Connections* c
   }
 }
 
-void tell_http(Families& to, const Connections* connections) {
+void tell_http(Families& to, const Services& services) {
+  const Connections* const connections = services.connections;
   if (connections) {
     to.one("tessera_http_connections", "Connections that are open.", kGauge, connections->open.load());
-    to.one("tessera_http_connections_limit", "Most connections at once.", kGauge, connections->most_open);
+    to.one("tessera_http_connections_limit", "Most connections at once.", kGauge, services.most_connections.load());
     to.one("tessera_http_requests_active", "Requests that have begun and aren't answered.", kGauge,
            connections->requests_active.load());
   }
@@ -196,7 +197,7 @@ std::string exposition(Services& services) {
                {"documents", services.scenes.documents_usage()},
                {"structures", services.structures.usage()},
                {"images", services.images.usage()}});
-  tell_http(families, services.connections);
+  tell_http(families, services);
   tell_process(families);
   return families.text();
 }

@@ -58,7 +58,8 @@ class Daemon:
         self.folder = tempfile.mkdtemp(prefix="tessera-e2e-")
         self.data_dir = data_dir or os.path.join(self.folder, "data")
         self._log = open(os.path.join(self.folder, "log"), "w+")
-        command = [program or os.environ["TESSERAD"], "--port", "0", "--data-dir", self.data_dir, *flags]
+        command = [program or os.environ["TESSERAD"], "--port", "0", "--data-dir", self.data_dir]
+        command += ["--drain-seconds", "0", *flags]  # Many tests end while jobs render that would take for ever.
         clean = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
         self.process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=self._log, text=True, env={**clean, **(env or {})}

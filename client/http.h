@@ -36,7 +36,7 @@ struct HttpResponse {
   unsigned status = 0;
   std::string retry_after;
   std::string body;
-  std::string date;
+  std::string date{};
 };
 
 /// Sends one request over a connection of its own and waits for the answer, of any status. A file is sent only once

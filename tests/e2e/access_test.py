@@ -309,9 +309,10 @@ class OwnersTest(FolderTest):
 
     def setUp(self):
         super().setUp()
-        self.alice = bearer(make_key(self.data_dir, owner="alice"))
+        same = {"X-Request-Id": "1"}  # So that bodies of refusals can be compared.
+        self.alice = bearer(make_key(self.data_dir, owner="alice")) | same
         self.alices_other = bearer(make_key(self.data_dir, owner="alice"))
-        self.bob = bearer(make_key(self.data_dir, owner="bob"))
+        self.bob = bearer(make_key(self.data_dir, owner="bob")) | same
         self.admin = bearer(make_key(self.data_dir, "--scope", "admin", owner="root"))
         self.daemon = Daemon(data_dir=self.data_dir)
         self.addCleanup(self.daemon.stop)

@@ -14,7 +14,7 @@ namespace tessera::server {
 namespace fs = std::filesystem;
 
 DataFolder::DataFolder(const fs::path& path)
-    : blobs_(path / "blobs"), scenes_(path / "scenes"), owners_(path / "owners") {
+    : blobs_(path / "blobs"), scenes_(path / "scenes"), owners_(path / "owners"), set_aside_(path / "set-aside") {
   fs::create_directories(blobs_);
   fs::create_directories(scenes_);
   const fs::path lock = path / "lock";

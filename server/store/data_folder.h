@@ -16,9 +16,11 @@ class DataFolder {
   const std::filesystem::path& blobs() const { return blobs_; }
   const std::filesystem::path& scenes() const { return scenes_; }
   const std::filesystem::path& owners() const { return owners_; }
+  /// Where damaged files go (`set_aside`).
+  const std::filesystem::path& set_aside() const { return set_aside_; }
 
  private:
-  std::filesystem::path blobs_, scenes_, owners_;
+  std::filesystem::path blobs_, scenes_, owners_, set_aside_;
   FileDescriptor lock_;
 };
 

@@ -49,19 +49,22 @@ std::optional<SourceFile> find_asset(const std::string& path, const JsonCursor& 
   return found(file, where);
 }
 
-std::optional<SourceFile> find_blob(const JsonCursor& value, const FileSource& files) {
+std::optional<SourceFile> find_blob(const JsonCursor& value, const FileSource& files, const std::stop_token& stop) {
   if (value.kind() != JsonKind::string || !is_content_hash(value.string())) {
     value.expected("a content hash: \"sha256:\" and 64 hexadecimal digits in lower case");
     return std::nullopt;
   }
-  return found(files.blob(ContentHash(value.string())), value);
+  const auto file = files.blob(ContentHash(value.string()), stop);
+  throw_if_abandoned(stop);
+  return found(file, value);
 }
 
-bool find_companions(const JsonCursor& value, const FileSource& files, std::map<std::string, SourceFile>& out) {
+bool find_companions(const JsonCursor& value, const FileSource& files, const std::stop_token& stop,
+                     std::map<std::string, SourceFile>& out) {
   if (value.kind() != JsonKind::object) return value.expected("an object of file names and their content hashes");
   bool good = true;
   value.each_member([&](std::string_view name, const JsonCursor& hash) {
-    const auto file = find_blob(hash, files);
+    const auto file = find_blob(hash, files, stop);
     good &= file.has_value();
     if (file) out.emplace(name, *file);
   });
@@ -80,7 +83,7 @@ std::optional<FoundFile> find_file(const std::optional<JsonCursor>& path, const 
   if (path) {
     if (read(path, found.name, kLongestPath)) file = find_asset(found.name, *path, files, stop);
   } else {
-    file = find_blob(*blob, files);
+    file = find_blob(*blob, files, stop);
     if (file) found.name = file->hash;
   }
   if (!file) return std::nullopt;
@@ -177,7 +180,7 @@ std::optional<FileReference> FileLoader::find(JsonFields& fields) const {
     if (companions) good = companions->error("\"companions\" go with a blob; a path finds its own beside it.");
   } else {
     reference.companions.emplace();
-    if (companions) good &= find_companions(*companions, files_, *reference.companions);
+    if (companions) good &= find_companions(*companions, files_, stop_, *reference.companions);
   }
   if (!file || !good) return std::nullopt;
   reference.name = file->name;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <stop_token>
 #include <string_view>
 
@@ -13,6 +14,7 @@ namespace tessera::proto {
 struct SourceFile {
   std::filesystem::path path;
   ContentHash hash;
+  std::shared_ptr<const void> hold = nullptr;  ///< As long as it is there, the file is.
 };
 
 /// Where the parser finds the files that a scene names. Problems come without a pointer: the parser adds it.
@@ -21,8 +23,9 @@ class FileSource {
  public:
   virtual ~FileSource() = default;
 
-  /// An uploaded blob.
-  virtual Result<SourceFile> blob(const ContentHash& hash) const = 0;
+  /// An uploaded blob, whose bytes may have to be looked at first, which takes its time: a stop ends that, with any
+  /// problem or with `Abandoned`.
+  virtual Result<SourceFile> blob(const ContentHash& hash, const std::stop_token& stop) const = 0;
 
   /// A file under the asset root, by relative path. Refuses absolute paths, paths that climb out of the root
   /// (also by symbolic links), and anything that isn't a regular file. Hashes it, which takes its time: a stop ends

@@ -30,6 +30,7 @@ struct Limits {
 struct ParsedScene {
   std::shared_ptr<const Scene> scene;
   ContentHash hash;  ///< Of what was asked for, files by their content: equal documents and files, equal hash.
+  std::shared_ptr<const void> hold = nullptr;  ///< Of its stored document, which stays as long as this does.
 };
 
 /// A job as asked for, checked as far as it can be without the scene it names.

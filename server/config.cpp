@@ -142,6 +142,10 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
         const bool is_path = text.empty() || (text.starts_with('/') && !text.ends_with('/') && parse_target(text));
         return is_path ? std::string() : std::string("write it as /drake or /robots/drake");
       });
+  app.add_flag("--scrub", config.scrub,
+               "Check the files in --data-dir and --structure-dir, set damaged ones aside, and leave: with 1 if there "
+               "were any, 2 if it can't look")
+      ->configurable(false);
   app.add_flag("--print-routes", config.print_routes, "Print the routes that are served and leave")
       ->configurable(false);
 }

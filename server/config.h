@@ -49,6 +49,7 @@ struct Config {
   bool drake = false;        ///< Serve POST /render as Drake's glTF render clients want it,
   std::string drake_prefix;  ///< under this path: empty, or "/" and segments.
 
+  bool scrub = false;         ///< Check what lies on disk and leave.
   bool print_routes = false;  ///< Print the table of routes and leave.
 };
 

@@ -57,9 +57,10 @@ constexpr unsigned kSlowThreads = 2;
 constexpr std::chrono::milliseconds kPatience{2000};
 constexpr std::chrono::milliseconds kLookAgain{5};
 
-std::optional<WideStore> open_wide_store(const Config& config) {
+std::optional<WideStore> open_wide_store(const Config& config, const DataFolder& folder) {
   if (!config.structure_dir) return std::nullopt;
-  return std::optional<WideStore>(std::in_place, *config.structure_dir, config.max_structure_dir, config.threads);
+  return std::optional<WideStore>(std::in_place, *config.structure_dir, folder.set_aside(), config.max_structure_dir,
+                                  config.threads);
 }
 
 /// Makes structures whose meshes come from `store`, where there is one, and are built on as many threads as render.
@@ -85,9 +86,9 @@ struct Backend {
       : folder(config.data_dir),
         keys(config.data_dir, config.require_keys),
         owners(folder.owners()),
-        blobs(folder.blobs(), config.asset_root),
-        scenes(folder.scenes(), blobs, config.documents, config.scene_cache),
-        wide_store(open_wide_store(config)),
+        blobs(folder.blobs(), folder.set_aside(), config.asset_root),
+        scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, config.scene_cache),
+        wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
         jobs(job_limits(config)),
         images(config.image_cache),

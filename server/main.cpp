@@ -5,6 +5,7 @@
 #include "server/config.h"
 #include "server/daemon.h"
 #include "server/http/router.h"
+#include "server/scrub.h"
 
 int main(int argc, char** argv) try {
   using namespace tessera::server;
@@ -16,6 +17,7 @@ int main(int argc, char** argv) try {
     std::cout << describe_routes();
     return 0;
   }
+  if (config.scrub) return scrub(config, std::cout, std::cerr);
   return run_daemon(config, read);
 } catch (const std::exception& error) {
   std::cerr << error.what() << std::endl;

@@ -42,8 +42,15 @@ constexpr std::array kTable{
                  "Only jobs that have ended can be deleted. Cancel the job first, or wait for its end."},
     ProblemEntry{ProblemCode::job_already_ended, "job_already_ended", 409, "The job has already ended",
                  "The job is completed, failed or canceled, so there is nothing left to cancel."},
+    ProblemEntry{ProblemCode::in_use, "in_use", 409, "It is in use",
+                 "A job that hasn't ended, a stored scene or a request that is being answered needs it; `detail` says "
+                 "which of these. Delete that first, or wait for its end."},
     ProblemEntry{ProblemCode::image_gone, "image_gone", 410, "The image is gone",
                  "The job has ended, and its image gave way to those of newer jobs. Submit the job again for it."},
+    ProblemEntry{
+        ProblemCode::gone, "gone", 410, "It has expired",
+        "It was here, and wasn't used for as long as the server keeps such things, or gave way to others. Send "
+        "it again."},
     ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large",
                  "The body is larger than the server takes here; GET /v1/capabilities tells the limits, and who runs "
                  "the server can raise them."},
@@ -80,6 +87,11 @@ constexpr std::array kTable{
                  "ready again when some have ended; or its disk is full or lost. `checks` says which."},
     ProblemEntry{ProblemCode::shutting_down, "shutting_down", 503, "The server is shutting down",
                  "The server is about to stop and takes nothing new. Try again when it, or another one, is up."},
+    ProblemEntry{ProblemCode::storage_unavailable, "storage_unavailable", 503, "The server's disk is not available",
+                 "The folder in which the server keeps its files is gone, can't be written to, or fails. Try again "
+                 "when who runs the server has mended that."},
+    ProblemEntry{ProblemCode::insufficient_storage, "insufficient_storage", 507, "The server's disk is full",
+                 "There is no room for this on the server's disk. Try again when some has been made, or send less."},
     ProblemEntry{ProblemCode::not_implemented, "not_implemented", 501, "The server can not do this",
                  "The method, or the coding of the body, is one that no resource of this server knows."},
     ProblemEntry{ProblemCode::version_not_supported, "version_not_supported", 505,

@@ -217,9 +217,9 @@ proto::ContentHash RequestFiles::add(std::shared_ptr<ReceivedFile> file) {
   return hash;
 }
 
-Result<proto::SourceFile> RequestFiles::blob(const proto::ContentHash& hash) const {
+Result<proto::SourceFile> RequestFiles::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {
   const auto found = files_.find(hash);
-  if (found == files_.end()) return others_.blob(hash);
+  if (found == files_.end()) return others_.blob(hash, stop);
   FileBudget::spend(found->second->size());
   return proto::SourceFile{found->second->path(), hash};
 }

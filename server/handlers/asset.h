@@ -24,7 +24,7 @@ class RequestFiles : public proto::FileSource {
   /// Gives the file's hash.
   proto::ContentHash add(std::shared_ptr<ReceivedFile> file);
 
-  proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash) const override;
+  proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash, const std::stop_token& stop) const override;
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override;
 
  private:

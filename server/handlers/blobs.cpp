@@ -10,7 +10,7 @@ namespace tessera::server {
 Response put_blob(Services& services, Request& request) {
   if (const auto refused = refuse_bytes(services, request.who, request.parameter, request.file->size()))
     return problem_response(*refused);
-  const auto put = services.blobs.put(request.parameter, *request.file);
+  const auto put = services.blobs.put(request.parameter, *request.file, request.abandoned);
   if (!put) return problem_response(put.problem());
   services.owners.add(request.who.owner, request.parameter, request.file->size());
   const bool created = *put == BlobStore::Put::created;

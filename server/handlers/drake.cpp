@@ -36,8 +36,8 @@ class FormScene : public proto::FileSource {
   FormScene(const BlobStore& blobs, std::string_view content, const proto::ContentHash& hash)
       : blobs_(blobs), content_(content), hash_(hash) {}
 
-  Result<proto::SourceFile> blob(const proto::ContentHash& hash) const override {
-    if (hash != hash_) return blobs_.blob(hash);
+  Result<proto::SourceFile> blob(const proto::ContentHash& hash, const std::stop_token& stop) const override {
+    if (hash != hash_) return blobs_.blob(hash, stop);
     if (!file_) {
       file_ = blobs_.receive();
       file_->write(std::as_bytes(std::span(content_)));

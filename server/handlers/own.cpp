@@ -31,10 +31,10 @@ std::optional<proto::Problem> refuse_bytes(Services& services, const Principal& 
                         kBeforeMoreBytes};
 }
 
-proto::Result<proto::SourceFile> OwnFiles::blob(const proto::ContentHash& hash) const {
+proto::Result<proto::SourceFile> OwnFiles::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {
   const bool may_use = who_.may(proto::Scope::admin) || services_.owners.has(who_.owner, hash);
   if (!may_use && proto::is_content_hash(hash)) return no_such_blob(hash);
-  return services_.blobs.blob(hash);
+  return services_.blobs.blob(hash, stop);
 }
 
 proto::Result<proto::SourceFile> OwnFiles::asset(std::string_view relative_path, const std::stop_token& stop) const {

@@ -30,7 +30,7 @@ class OwnFiles : public proto::FileSource {
  public:
   OwnFiles(Services& services, Principal who) : services_(services), who_(std::move(who)) {}
 
-  proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash) const override;
+  proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash, const std::stop_token& stop) const override;
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override;
 
  private:

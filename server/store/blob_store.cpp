@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/http/lane.h"
+#include "server/store/file_hash.h"
 
 namespace tessera::server {
 namespace fs = std::filesystem;
@@ -10,8 +11,6 @@ using proto::Problem;
 using proto::ProblemCode;
 
 namespace {
-
-constexpr std::string_view kHashPrefix = "sha256:";
 
 Problem refused(std::string detail) { return {ProblemCode::invalid_document, std::move(detail), {}}; }
 
@@ -22,36 +21,47 @@ bool is_within(const fs::path& path, const fs::path& root) {
   return std::ranges::mismatch(root, path).in1 == root.end();
 }
 
+bool is_whole_blob(int file, const std::string& name, const std::stop_token& stop) {
+  return hash_digits(hash_open_file(file, 0, stop)) == name;
+}
+
+std::string why_absent(Shelf::State state) {
+  if (state == Shelf::State::damaged)
+    return " was damaged on the server's disk and has been set aside; upload it again";
+  return " has expired; upload it again";
+}
+
 }  // namespace
 
 Problem no_such_blob(const proto::ContentHash& hash) {
   return refused("There is no blob " + hash + "; upload it first with PUT /v1/blobs/" + hash + ".");
 }
 
-BlobStore::BlobStore(fs::path folder, const std::optional<fs::path>& asset_root)
-    : folder_(std::move(folder)), asset_root_(asset_root ? fs::canonical(*asset_root) : fs::path()) {}
+BlobStore::BlobStore(fs::path folder, fs::path set_aside, const std::optional<fs::path>& asset_root)
+    : folder_(std::move(folder)),
+      shelf_(folder_, "", is_whole_blob, std::move(set_aside)),
+      asset_root_(asset_root ? fs::canonical(*asset_root) : fs::path()) {}
 
 std::unique_ptr<ReceivedFile> BlobStore::receive() const { return std::make_unique<ReceivedFile>(folder_); }
 
-proto::Result<BlobStore::Put> BlobStore::put(const proto::ContentHash& hash, ReceivedFile& file) {
+proto::Result<BlobStore::Put> BlobStore::put(const proto::ContentHash& hash, ReceivedFile& file,
+                                             const std::stop_token& abandoned) {
   if (file.finish() != hash)
     return Problem{ProblemCode::hash_mismatch,
                    "The bytes received are " + file.finish() + ", not " + hash +
                        "; send the file whose hash is in the path, or correct the path.",
                    {}};
-  const fs::path destination = folder_ / hash.substr(kHashPrefix.size());
-  if (fs::exists(destination)) return Put::known;
-  file.keep_as(destination);
-  return Put::created;
+  return shelf_.keep(hash_digits(hash), file, abandoned) ? Put::known : Put::created;
 }
 
-proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash) const {
+proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {
   if (!proto::is_content_hash(hash)) return refused("Not a content hash: write sha256: and 64 lower-case hex digits.");
-  fs::path path = folder_ / hash.substr(kHashPrefix.size());
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return no_such_blob(hash);
-  FileBudget::spend(fs::file_size(path, error));
-  return proto::SourceFile{std::move(path), hash};
+  const std::string name = hash_digits(hash);
+  auto found = shelf_.find(name, stop);
+  if (found.state == Shelf::State::missing) return no_such_blob(hash);
+  if (found.state != Shelf::State::whole)
+    return refused("The blob " + hash + why_absent(found.state) + " with PUT /v1/blobs/" + hash + ".");
+  return proto::SourceFile{shelf_.path_of(name), hash, std::move(found.hold)};
 }
 
 proto::Result<proto::SourceFile> BlobStore::asset(std::string_view relative_path, const std::stop_token& stop) const {

@@ -4,20 +4,19 @@
 #include <cerrno>
 #include <cstdlib>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
 #include <sys/mman.h>
 
+#include "server/store/storage_error.h"
+
 namespace tessera::server {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
-
 void sync_folder(const std::filesystem::path& folder) {
   const FileDescriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!fd || ::fsync(fd.value()) != 0) fail("cannot sync " + folder.string());
+  if (!fd || ::fsync(fd.value()) != 0) throw_storage_error("cannot sync " + folder.string());
 }
 
 }  // namespace
@@ -32,7 +31,7 @@ ReceivedFile::~ReceivedFile() {
 void ReceivedFile::create() {
   std::string name = (folder_ / (std::string(kReceivedFilePrefix) + "XXXXXX")).string();
   file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
-  if (!file_) fail("cannot create a file in " + folder_.string());
+  if (!file_) throw_storage_error("cannot create a file in " + folder_.string());
   path_ = name;
   write_out(std::as_bytes(std::span(memory_)));
 }
@@ -60,7 +59,7 @@ void ReceivedFile::write_out(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(file_.value(), bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail("cannot write " + path_.string());
+    if (written < 0) throw_storage_error("cannot write " + path_.string());
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
 }
@@ -79,7 +78,7 @@ std::string ReceivedFile::head(std::size_t most) const {
   while (there < bytes.size()) {
     const ssize_t count = ::pread(file_.value(), bytes.data() + there, bytes.size() - there, static_cast<off_t>(there));
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) fail("cannot read " + path_.string());
+    if (count <= 0) throw_storage_error("cannot read " + path_.string());
     there += static_cast<std::size_t>(count);
   }
   return bytes;
@@ -90,7 +89,7 @@ std::string_view ReceivedFile::content() {
   if (memory_.size() == size_) return memory_;
   if (mapped_.empty()) {
     void* address = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file_.value(), 0);
-    if (address == MAP_FAILED) fail("cannot map " + path_.string());
+    if (address == MAP_FAILED) throw_storage_error("cannot map " + path_.string());
     mapped_ = {static_cast<const char*>(address), size_};
   }
   return mapped_;
@@ -102,11 +101,15 @@ const std::filesystem::path& ReceivedFile::path() {
   return path_;
 }
 
-void ReceivedFile::keep_as(const std::filesystem::path& destination) {
+void ReceivedFile::keep_as(const std::filesystem::path& destination, std::mutex* naming) {
   is_whole_ = true;
   if (!file_) create();
-  if (::fsync(file_.value()) != 0) fail("cannot sync " + path_.string());
-  if (::rename(path_.c_str(), destination.c_str()) != 0) fail("cannot rename to " + destination.string());
+  if (::fsync(file_.value()) != 0) throw_storage_error("cannot sync " + path_.string());
+  {
+    const std::unique_lock lock = naming ? std::unique_lock(*naming) : std::unique_lock<std::mutex>();
+    if (::rename(path_.c_str(), destination.c_str()) != 0)
+      throw_storage_error("cannot rename to " + destination.string());
+  }
   path_.clear();
   sync_folder(destination.parent_path());
 }

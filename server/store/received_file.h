@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <mutex>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +13,7 @@
 namespace tessera::server {
 
 /// A file that comes in: hashed as it grows, in memory as long as it is small, from then on in a temporary file that
-/// vanishes unless it is kept. One thread at a time. Every failure of the file system is a std::system_error.
+/// vanishes unless it is kept. One thread at a time. Every failure of the file system is a StorageError.
 class ReceivedFile {
  public:
   static constexpr std::size_t kMostInMemory = 256 << 10;
@@ -45,8 +46,9 @@ class ReceivedFile {
   /// Where the file lies on the disk, which it does from now on at the latest.
   const std::filesystem::path& path();
 
-  /// Puts the file at `destination`, all of it or none, to outlive a power cut.
-  void keep_as(const std::filesystem::path& destination);
+  /// Puts the file at `destination`, all of it or none, to outlive a power cut. It gets that name while `naming`, where
+  /// there is one, is held.
+  void keep_as(const std::filesystem::path& destination, std::mutex* naming = nullptr);
 
  private:
   void create();

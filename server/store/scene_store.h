@@ -7,6 +7,8 @@
 
 #include "proto/file_source.h"
 #include "proto/parse.h"
+#include "server/store/blob_references.h"
+#include "server/store/shelf.h"
 #include "server/store/single_flight.h"
 
 namespace tessera::server {
@@ -14,13 +16,15 @@ namespace tessera::server {
 /// `not_found`, as one says of a scene that isn't there.
 proto::Problem no_such_scene(const proto::ContentHash& hash);
 
-/// Scenes by content hash: the documents on disk, for good; what they parse to in memory, as far as it fits. Safe
-/// to call from any number of threads. Parsing and reading the disk take their time: not for an I/O thread.
+/// Scenes by content hash: the documents on disk, checked before they are used first; what they parse to in memory, as
+/// far as it fits. Safe to call from any number of threads. Parsing and reading the disk take their time: not for an
+/// I/O thread. What the disk refuses is a StorageError.
 class SceneStore {
  public:
-  /// Keeps documents in `folder`, which exists, and up to `cache_bytes` of parsed scenes.
-  SceneStore(std::filesystem::path folder, const proto::FileSource& files, proto::Limits limits,
-             std::uint64_t cache_bytes);
+  /// Keeps documents in `folder`, which exists, and up to `cache_bytes` of parsed scenes; damaged ones go to
+  /// `set_aside`.
+  SceneStore(std::filesystem::path folder, std::filesystem::path set_aside, const proto::FileSource& files,
+             proto::Limits limits, std::uint64_t cache_bytes);
 
   struct Put {
     proto::ParsedScene scene;
@@ -30,9 +34,14 @@ class SceneStore {
   /// that is requested.
   proto::Result<Put> put(std::string_view document, const proto::FileSource& files, const std::stop_token& abandoned);
 
+  /// Keeps the document of a scene that has been parsed, in place of one that is damaged or written otherwise. Whether
+  /// there was a whole one. The blobs that it names have to be there, and held. Throws as `put` does.
+  bool keep(const proto::ContentHash& hash, std::string_view document, const std::stop_token& abandoned);
+
   /// A scene that was put, now or by an earlier daemon, or that is in memory because it was shared. `not_found`
-  /// when it is neither; `invalid_document` when files that it names have changed since or are gone. However many ask
-  /// at once, it is parsed once, by one while the others wait. Throws `Abandoned` once that is requested.
+  /// when it is neither, or was damaged, `gone` when it has expired; `invalid_document` when files that it names have
+  /// changed since or are gone. However many ask at once, it is parsed once, by one while the others wait. Throws
+  /// `Abandoned` once that is requested.
   proto::Result<proto::ParsedScene> find(const proto::ContentHash& hash, const std::stop_token& abandoned);
 
   /// The scene of a document that names no file by path, with blobs from `files`. It isn't kept on disk, but as long as
@@ -41,9 +50,21 @@ class SceneStore {
   proto::Result<proto::ParsedScene> parse_once(const proto::ContentHash& document_hash, std::string_view document,
                                                const proto::FileSource& files, const std::stop_token& abandoned);
 
-  /// The copy in memory of a scene with this content: `scene` itself, unless there is one already.
+  /// `Shelf::sweep`, and what is removed is forgotten.
+  Shelf::Swept sweep(const Shelf::Limits& limits, const std::stop_token& stop);
+
+  /// Forgets a scene, unless it is held.
+  Shelf::Removal remove(const proto::ContentHash& hash);
+
+  /// The copy in memory of a scene with this content: `scene` itself, unless there is one already. Holds its document,
+  /// where there is one.
   proto::ParsedScene share(proto::ParsedScene scene);
 
+  /// Whether a stored document names the blob.
+  bool names_blob(const proto::ContentHash& blob) const { return references_.is_named(blob); }
+
+  /// The documents, by the digits of their hashes.
+  Shelf& shelf() { return shelf_; }
   /// What is in memory: scenes, and which scene a document has.
   CacheUsage scenes_usage() const { return scenes_.usage(); }
   CacheUsage documents_usage() const { return documents_.usage(); }
@@ -53,12 +74,15 @@ class SceneStore {
   using Found = proto::Result<std::shared_ptr<const Scene>>;
   using Scenes = SingleFlight<Found>;
 
-  std::filesystem::path path_of(const proto::ContentHash& hash) const;
-  Found read(const proto::ContentHash& hash, const std::stop_token& unwanted) const;
+  void adopt_older_files() const;
+  void read_references();
+  Found read(const proto::ContentHash& hash, const std::stop_token& unwanted);
 
   const std::filesystem::path folder_;
   const proto::FileSource& files_;
   const proto::Limits limits_;
+  Shelf shelf_;
+  BlobReferences references_;
   Scenes scenes_;
   SingleFlight<proto::Result<proto::ContentHash>> documents_;  ///< By their hashes, those of their scenes.
 };

@@ -4,8 +4,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <memory>
+#include <new>
 #include <span>
-#include <stdexcept>
 #include <system_error>
 
 #include <fcntl.h>
@@ -61,17 +62,18 @@ HexHash checksum_of(const Header& header, std::span<const std::byte> nodes, std:
   return hex(sha256);
 }
 
-/// A whole file, mapped to be read.
-class Mapping {
+/// Memory for a whole file. Not the file itself, mapped: who writes into that, or cuts it short, would change what
+/// rays are traced with, or end the process.
+class FileMemory {
  public:
-  Mapping(const FileDescriptor& file, std::size_t size)
-      : size_(size), data_(::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.value(), 0)) {
-    if (data_ == MAP_FAILED) throw std::system_error(errno, std::generic_category(), "it can't be mapped");
+  explicit FileMemory(std::size_t size)
+      : size_(size), data_(::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
+    if (data_ == MAP_FAILED) throw std::bad_alloc();
   }
-  Mapping(const Mapping&) = delete;
-  ~Mapping() { ::munmap(data_, size_); }
+  FileMemory(const FileMemory&) = delete;
+  ~FileMemory() { ::munmap(data_, size_); }
 
-  std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(data_), size_}; }
+  std::span<std::byte> bytes() const { return {static_cast<std::byte*>(data_), size_}; }
 
  private:
   std::size_t size_;
@@ -79,7 +81,25 @@ class Mapping {
 };
 
 void expect(bool holds, const char* otherwise) {
-  if (!holds) throw std::runtime_error(otherwise);
+  if (!holds) throw DamagedFile(otherwise);
+}
+
+/// Fills `bytes` from the file's beginning; the checksum of what follows the header's own. Each piece is hashed while
+/// it is at hand.
+HexHash read_and_hash(const FileDescriptor& file, std::span<std::byte> bytes) {
+  constexpr std::size_t kMostAtOnce = 1 << 20;
+  proto::Sha256 sha256;
+  for (std::size_t there = 0; there < bytes.size();) {
+    const auto room = bytes.subspan(there, std::min(kMostAtOnce, bytes.size() - there));
+    const ssize_t count = ::pread(file.value(), room.data(), room.size(), static_cast<off_t>(there));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw std::system_error(errno, std::generic_category(), "it can't be read");
+    expect(count > 0, "it was cut short while it was read");
+    const std::size_t end = there + static_cast<std::size_t>(count), from = std::max(there, kUnhashed);
+    if (end > from) sha256.update(bytes.subspan(from, end - from));
+    there = end;
+  }
+  return hex(sha256);
 }
 
 }  // namespace
@@ -118,28 +138,31 @@ void write_wide_file(const std::filesystem::path& path, const std::string& key, 
   file.keep_as(path);
 }
 
-std::optional<WideTree> map_wide_file(const std::filesystem::path& path, const std::string& key) {
+std::optional<WideTree> read_wide_file(const std::filesystem::path& path, const std::string& key) {
   // Without O_NONBLOCK a pipe of that name would wait for somebody to write to it.
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file && errno == ENOENT) return std::nullopt;
   struct stat status;
   if (!file || ::fstat(file.value(), &status) != 0)
     throw std::system_error(errno, std::generic_category(), "it can't be opened");
+  if (!S_ISREG(status.st_mode)) throw std::system_error(EINVAL, std::generic_category(), "it is no file");
   const auto size = static_cast<std::uint64_t>(status.st_size);
   expect(size >= sizeof(Header), "it is too short");
-  const auto mapping = std::make_shared<const Mapping>(file, size);
-  const std::span<const std::byte> bytes = mapping->bytes();
-  const Header& header = *reinterpret_cast<const Header*>(bytes.data());
+  Header header;
+  read_and_hash(file, std::as_writable_bytes(std::span(&header, 1)));
   expect(header.magic == kMagic && header.byte_order == kByteOrder && std::ranges::equal(header.key, key),
          "it is another file, or from another machine");
   const std::uint64_t room = size - sizeof(Header);
   expect(header.nodes <= room / sizeof(WideNode) &&
              header.words == (room - header.nodes * sizeof(WideNode)) / sizeof(std::uint32_t) && room % 4 == 0,
          "it is too short or too long");
+  const auto memory = std::make_shared<const FileMemory>(size);
+  const std::span<const std::byte> bytes = memory->bytes();
+  // Damage that this lets pass is none: what the tree says needn't be looked at again.
+  const HexHash checksum = read_and_hash(file, memory->bytes());
+  expect(std::memcmp(bytes.data(), &header, sizeof header) == 0 && checksum == header.checksum, "it is damaged");
   const auto nodes = bytes.subspan(sizeof(Header), header.nodes * sizeof(WideNode));
   const auto leaves = bytes.subspan(sizeof(Header) + nodes.size());
-  // Damage that this lets pass is none: what the tree says needn't be looked at again.
-  expect(checksum_of(header, nodes, leaves) == header.checksum, "it is damaged");
   ::futimens(file.value(), nullptr);  // It was used now. Where that can't be noted, it goes sooner.
 
   WideTree tree;
@@ -148,7 +171,7 @@ std::optional<WideTree> map_wide_file(const std::filesystem::path& path, const s
   tree.leaves = {reinterpret_cast<const std::uint32_t*>(leaves.data()), header.words};
   tree.stats = {
       .bytes = nodes.size() + leaves.size(), .nodes = header.nodes, .leaves = header.leaves, .depth = header.depth};
-  tree.storage = mapping;
+  tree.storage = memory;
   return tree;
 }
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "core/accel/wide/wide_tree.h"
@@ -19,9 +20,15 @@ std::uint64_t wide_file_bytes(const WideTree& tree);
 /// Writes a hierarchy to `path`, all of it or nothing, to outlive a power cut. Throws std::system_error.
 void write_wide_file(const std::filesystem::path& path, const std::string& key, const WideTree& tree);
 
-/// A hierarchy that stands in the file, which stays mapped as long as the hierarchy is used and mustn't be changed
-/// meanwhile (to remove or replace it does no harm). Nothing if there is no such file; throws std::runtime_error, and
-/// says why, if it isn't exactly what `write_wide_file` wrote for that key on a machine like this one.
-std::optional<WideTree> map_wide_file(const std::filesystem::path& path, const std::string& key);
+/// A file isn't what was written; why not.
+class DamagedFile : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A hierarchy, read from its file, whatever becomes of that afterwards. Nothing if there is no such file; throws
+/// DamagedFile if it isn't exactly what `write_wide_file` wrote for that key on a machine like this one, and
+/// std::system_error if it can't be read.
+std::optional<WideTree> read_wide_file(const std::filesystem::path& path, const std::string& key);
 
 }  // namespace tessera::server

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -12,6 +11,8 @@
 
 #include "core/accel/wide/wide_build.h"
 #include "server/store/received_file.h"
+#include "server/store/set_aside.h"
+#include "server/store/storage_error.h"
 #include "server/store/wide_file.h"
 
 namespace tessera::server {
@@ -24,8 +25,8 @@ constexpr const char* kExtension = ".wide";
 
 }  // namespace
 
-WideStore::WideStore(fs::path folder, std::uint64_t limit, unsigned threads, std::size_t least)
-    : folder_(std::move(folder)), limit_(limit), threads_(threads), least_(least) {
+WideStore::WideStore(fs::path folder, fs::path set_aside, std::uint64_t limit, unsigned threads, std::size_t least)
+    : folder_(std::move(folder)), set_aside_(std::move(set_aside)), limit_(limit), threads_(threads), least_(least) {
   fs::create_directories(folder_);
   remove_left_over();
 }
@@ -44,14 +45,46 @@ void WideStore::remove_left_over() const {
 MadeTree WideStore::get(const TriangleMesh& mesh) const {
   if (mesh.triangles.size() < least_) return {build_wide(mesh, {.threads = threads_})};
   const std::string key = wide_key(mesh);
-  try {
-    if (auto tree = map_wide_file(file_of(key), key)) return {*std::move(tree), true};
-  } catch (const std::runtime_error& error) {
-    spdlog::warn("{}: {}; its mesh is built again", file_of(key).string(), error.what());
-  }
+  if (auto tree = read(key)) return {*std::move(tree), true};
   MadeTree made{build_wide(mesh, {.threads = threads_})};
   keep(key, made.tree);
   return made;
+}
+
+std::optional<WideTree> WideStore::read(const std::string& key) const {
+  try {
+    return read_wide_file(file_of(key), key);
+  } catch (const DamagedFile& damage) {
+    try {
+      set_aside(file_of(key), set_aside_, damage.what());
+    } catch (const std::system_error& error) {
+      spdlog::error("{}: {}, and it stays in its place: {}", file_of(key).string(), damage.what(), error.what());
+    }
+  } catch (const std::system_error& error) {
+    spdlog::warn("{}: {}; its mesh is built again", file_of(key).string(), error.what());
+  }
+  return std::nullopt;
+}
+
+Shelf::Scrubbed WideStore::scrub(const std::function<void(const fs::path& file)>& is_damaged) const {
+  Shelf::Scrubbed scrubbed;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder_, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path& file = entry->path();
+    std::error_code ignored;
+    if (file.extension() != kExtension || !entry->is_regular_file(ignored)) continue;
+    ++scrubbed.files;
+    scrubbed.bytes += entry->file_size(ignored);
+    try {
+      read_wide_file(file, file.stem().string());
+    } catch (const DamagedFile& damage) {
+      ++scrubbed.damaged;
+      set_aside(file, set_aside_, damage.what());
+      is_damaged(file);
+    }
+  }
+  if (error) throw StorageError(error.value(), "cannot look into " + folder_.string());
+  return scrubbed;
 }
 
 void WideStore::keep(const std::string& key, const WideTree& tree) const {

@@ -84,9 +84,25 @@ class StructureDirTest(unittest.TestCase):
         os.truncate(other, os.path.getsize(other) // 2)
         second = self.daemon()
         self.assertEqual(self.render(second), (image, 2, 0, 1))
-        self.assertEqual(second.log().count("its mesh is built again"), 2)
+        self.assertEqual(second.log().count("set aside as"), 2)
         second.stop()
         self.assertEqual(self.render(self.daemon()), (image, 0, 2, 1))
+
+    def test_damage_while_it_runs(self):
+        one = self.daemon()
+        image, *_ = self.render(one)
+        one.stop()
+        one = self.daemon()
+        self.assertEqual(self.render(one), (image, 0, 2, 1))
+        for path in self.files():
+            with open(path, "r+b") as file:
+                file.seek(300)
+                file.write(b"x" * 20000)
+            os.truncate(path, 30000)
+        self.assertEqual(self.render(one), (image, 0, 2, 1), "it is in memory")
+        other = self.daemon()
+        self.assertEqual(self.render(other), (image, 2, 0, 1))
+        self.assertEqual(other.log().count("set aside as"), 2)
 
     def test_daemons_share_a_folder(self):
         one, other = self.daemon(), self.daemon()

@@ -13,7 +13,9 @@ class FilesBeside final : public proto::FileSource {
  public:
   explicit FilesBeside(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a blob"); }
+  proto::Result<proto::SourceFile> blob(const proto::ContentHash&, const std::stop_token&) const override {
+    throw std::logic_error("a blob");
+  }
   proto::Result<proto::SourceFile> asset(std::string_view name, const std::stop_token&) const override {
     const auto hash = proto::hash_file(folder_ / name);
     if (!hash) return proto::Problem{proto::ProblemCode::not_found, "There is no such file.", {}};

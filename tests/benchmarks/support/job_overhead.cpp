@@ -38,7 +38,9 @@ nlohmann::json scene_document() {
 /// The scene names no files.
 class NoFiles final : public proto::FileSource {
  public:
-  proto::Result<proto::SourceFile> blob(const proto::ContentHash&) const override { throw std::logic_error("a file"); }
+  proto::Result<proto::SourceFile> blob(const proto::ContentHash&, const std::stop_token&) const override {
+    throw std::logic_error("a file");
+  }
   proto::Result<proto::SourceFile> asset(std::string_view, const std::stop_token&) const override {
     throw std::logic_error("a file");
   }

@@ -36,7 +36,7 @@ class TestFiles : public FileSource {
     return hash;
   }
 
-  Result<SourceFile> blob(const ContentHash& hash) const override {
+  Result<SourceFile> blob(const ContentHash& hash, const std::stop_token&) const override {
     const auto found = blobs_.find(hash);
     if (found == blobs_.end()) return Problem{ProblemCode::not_found, "No blob has this hash.", {}};
     return SourceFile{found->second, hash};

@@ -24,7 +24,7 @@ std::unique_ptr<ReceivedFile> received(const BlobStore& store, std::string_view 
 
 TEST(BlobStore, KeepsAFileByItsHash) {
   const TemporaryFolder folder;
-  BlobStore store(folder.path(), std::nullopt);
+  BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
   const auto hash = content_hash("some bytes");
   EXPECT_FALSE(store.blob(hash));
   const auto file = received(store, "some bytes");
@@ -58,7 +58,7 @@ TEST(BlobStore, WhatWasReadOfAFileIsAllOfIt) {
 
 TEST(BlobStore, RefusesAnotherHashAndLeavesNothing) {
   const TemporaryFolder folder;
-  BlobStore store(folder.path(), std::nullopt);
+  BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
   EXPECT_EQ(store.put(content_hash("some bytes"), *received(store, "other bytes")).problem().code,
             ProblemCode::hash_mismatch);
   EXPECT_EQ(folder.file_count(), 0U);
@@ -67,9 +67,42 @@ TEST(BlobStore, RefusesAnotherHashAndLeavesNothing) {
 
 TEST(BlobStore, AnUploadThatBreaksOffLeavesNothing) {
   const TemporaryFolder folder;
-  const BlobStore store(folder.path(), std::nullopt);
+  const BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
   received(store, "some bytes");
   EXPECT_EQ(folder.file_count(), 0U);
+}
+
+TEST(BlobStore, ADamagedBlobIsAsIfItWerentThereUntilItIsPutAgain) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "blobs");
+  const auto hash = content_hash("some bytes");
+  const auto path = folder.path() / "blobs" / hash_digits(hash);
+  const auto open = [&] { return BlobStore(folder.path() / "blobs", folder.path() / "set-aside", std::nullopt); };
+  {
+    BlobStore store = open();
+    ASSERT_TRUE(store.put(hash, *received(store, "some bytes")));
+    ASSERT_TRUE(store.blob(hash));
+    folder.write("blobs/" + hash_digits(hash), "some bytez");  // While it runs, and knows the blob already,
+    EXPECT_NE(store.blob(hash).problem().detail.find("damaged"), std::string::npos);
+    EXPECT_EQ(*store.put(hash, *received(store, "some bytes")), BlobStore::Put::created);
+    EXPECT_TRUE(store.blob(hash));
+  }
+  folder.write("blobs/" + hash_digits(hash), "some byte");  // between runs,
+  {
+    BlobStore store = open();
+    EXPECT_NE(store.blob(hash).problem().detail.find("damaged"), std::string::npos);
+    EXPECT_FALSE(fs::exists(path));
+  }
+  {
+    BlobStore store = open();
+    EXPECT_NE(store.blob(hash).problem().detail.find("damaged"), std::string::npos) << "it is remembered";
+    ASSERT_TRUE(store.put(hash, *received(store, "some bytes")));
+  }
+  folder.write("blobs/" + hash_digits(hash), "some bytes and more");  // and before it is put again.
+  BlobStore store = open();
+  EXPECT_EQ(*store.put(hash, *received(store, "some bytes")), BlobStore::Put::created);
+  EXPECT_EQ(proto::hash_file(store.blob(hash)->path), hash);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path() / "set-aside"), {}), 3);
 }
 
 TEST(Assets, AreFoundUnderTheRootOnly) {
@@ -80,7 +113,7 @@ TEST(Assets, AreFoundUnderTheRootOnly) {
   fs::create_symlink(secret, root.path() / "link.obj");
   fs::create_symlink(outside.path(), root.path() / "folder");
   fs::create_symlink(root.path() / "a", root.path() / "inner");
-  const BlobStore store(blobs.path(), root.path());
+  const BlobStore store(blobs.path(), blobs.path() / "set-aside", root.path());
 
   for (const char* path : {"a/b/file.obj", "./a//b/file.obj", "inner/b/file.obj"}) {
     const auto found = store.asset(path);
@@ -100,14 +133,15 @@ TEST(Assets, ASiblingWithALongerNameIsOutside) {
   fs::create_directories(parent.path() / "rootless");
   parent.write("rootless/file.obj", "text");
   fs::create_symlink(parent.path() / "rootless" / "file.obj", parent.path() / "root" / "link.obj");
-  const BlobStore store(blobs.path(), parent.path() / "root");
+  const BlobStore store(blobs.path(), blobs.path() / "set-aside", parent.path() / "root");
   EXPECT_FALSE(store.asset("link.obj"));
 }
 
 TEST(Assets, NeedARoot) {
   const TemporaryFolder blobs;
-  EXPECT_FALSE(BlobStore(blobs.path(), std::nullopt).asset("file.obj"));
-  EXPECT_THROW(BlobStore(blobs.path(), blobs.path() / "none"), std::system_error);
+  const auto aside = blobs.path() / "set-aside";
+  EXPECT_FALSE(BlobStore(blobs.path(), aside, std::nullopt).asset("file.obj"));
+  EXPECT_THROW(BlobStore(blobs.path(), aside, blobs.path() / "none"), std::system_error);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 
 #include "core/accel/wide/wide_build.h"
+#include "server/store/set_aside.h"
 #include "server/store/wide_file.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"
@@ -32,11 +33,12 @@ bool same(const WideTree& a, const WideTree& b) {
 class WideStoreTest : public testing::Test {
  protected:
   fs::path folder() const { return temporary_.path() / "made" / "here"; }
+  fs::path set_aside() const { return temporary_.path() / "set-aside"; }
   fs::path file_of(const TriangleMesh& mesh) const { return folder() / (wide_key(mesh) + ".wide"); }
 
   /// Whether a new daemon finds the mesh; what it has is what would be built, in any case.
   bool finds(const TriangleMesh& mesh, std::uint64_t limit = kPlenty) const {
-    const MadeTree made = WideStore(folder(), limit, 1, 0).get(mesh);
+    const MadeTree made = WideStore(folder(), set_aside(), limit, 1, 0).get(mesh);
     EXPECT_TRUE(same(made.tree, build_wide(mesh)));
     EXPECT_EQ(reinterpret_cast<std::uintptr_t>(made.tree.nodes.data()) % 64, 0U);
     return made.was_kept;
@@ -44,7 +46,9 @@ class WideStoreTest : public testing::Test {
 
   void expect_replaced(const TriangleMesh& mesh, const std::string& contents, const std::string& what) const {
     std::ofstream(file_of(mesh), std::ios::binary) << contents;
+    const std::uint64_t before = files_set_aside();
     EXPECT_FALSE(finds(mesh)) << what;
+    EXPECT_EQ(files_set_aside(), before + 1) << what;
     EXPECT_TRUE(finds(mesh)) << what;
   }
 
@@ -93,9 +97,25 @@ TEST_F(WideStoreTest, BuildsAgainWhateverIsWrongWithAFile) {
   EXPECT_TRUE(finds(mesh));
 }
 
+TEST_F(WideStoreTest, ScrubsAllFiles) {
+  const TriangleMesh a = icosphere(1), b = icosphere(2);
+  EXPECT_FALSE(finds(a));
+  EXPECT_FALSE(finds(b));
+  std::ofstream(folder() / "upload") << "not ours";
+  const WideStore store(folder(), set_aside(), kPlenty, 1, 0);
+  std::vector<fs::path> damaged;
+  const auto note = [&](const fs::path& file) { damaged.push_back(file); };
+  EXPECT_EQ(store.scrub(note).damaged, 0U);
+  std::ofstream(file_of(b), std::ios::app) << 'x';
+  EXPECT_EQ(store.scrub(note).files, 2U);
+  EXPECT_EQ(damaged, std::vector{file_of(b)});
+  EXPECT_TRUE(fs::exists(set_aside() / ("here-" + file_of(b).filename().string())));
+  EXPECT_EQ(store.scrub(note).files, 1U);
+}
+
 TEST_F(WideStoreTest, DoesWithoutADiskThatRefuses) {
   const TriangleMesh mesh = icosphere(1);
-  const WideStore store(folder(), kPlenty, 1, 0);
+  const WideStore store(folder(), set_aside(), kPlenty, 1, 0);
   fs::create_directory(file_of(mesh));
   EXPECT_TRUE(same(store.get(mesh).tree, build_wide(mesh))) << "a folder is in the way";
   fs::remove(file_of(mesh));
@@ -133,7 +153,7 @@ TEST_F(WideStoreTest, KeepsNoSmallMeshes) {
   const TriangleMesh small = icosphere(4), large = icosphere(5);
   ASSERT_LT(small.triangles.size(), WideStore::kWorthKeeping);
   ASSERT_GE(large.triangles.size(), WideStore::kWorthKeeping);
-  const WideStore store(folder(), kPlenty, 1);
+  const WideStore store(folder(), set_aside(), kPlenty, 1);
   EXPECT_TRUE(same(store.get(small).tree, build_wide(small)));
   EXPECT_TRUE(same(store.get(large).tree, build_wide(large)));
   EXPECT_FALSE(store.get(small).was_kept);
@@ -147,25 +167,33 @@ TEST_F(WideStoreTest, RemovesWhatWasLeftHalfWritten) {
   for (const fs::path& path : {old, fresh, foreign}) std::ofstream(path) << "half";
   for (const fs::path& path : {old, foreign})
     fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(2));
-  const WideStore store(folder(), kPlenty, 1);
+  const WideStore store(folder(), set_aside(), kPlenty, 1);
   EXPECT_FALSE(fs::exists(old));
   EXPECT_TRUE(fs::exists(fresh)) << "another daemon may be writing it";
   EXPECT_TRUE(fs::exists(foreign));
 }
 
-TEST_F(WideStoreTest, WhatIsMappedOutlivesItsFile) {
+TEST_F(WideStoreTest, WhatIsInUseIsNoneOfItsFilesBusiness) {
   const TriangleMesh mesh = icosphere(3);
   EXPECT_FALSE(finds(mesh));
-  const MadeTree made = WideStore(folder(), kPlenty, 1, 0).get(mesh);
+  const MadeTree made = WideStore(folder(), set_aside(), kPlenty, 1, 0).get(mesh);
   ASSERT_TRUE(made.was_kept);
+  {
+    std::fstream file(file_of(mesh), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(400);
+    file << std::string(1000, 'x');
+  }
+  EXPECT_TRUE(same(made.tree, build_wide(mesh))) << "written into";
+  fs::resize_file(file_of(mesh), 300);
+  EXPECT_TRUE(same(made.tree, build_wide(mesh))) << "cut short";
   fs::remove_all(folder());
-  EXPECT_TRUE(same(made.tree, build_wide(mesh)));
+  EXPECT_TRUE(same(made.tree, build_wide(mesh))) << "gone";
 }
 
 TEST_F(WideStoreTest, ServesManyAtOnce) {
   const TriangleMesh mesh = icosphere(2);
   const WideTree known = build_wide(mesh);
-  const WideStore one(folder(), kPlenty, 1, 0), other(folder(), wide_file_bytes(known), 1, 0);
+  const WideStore one(folder(), set_aside(), kPlenty, 1, 0), other(folder(), set_aside(), wide_file_bytes(known), 1, 0);
   std::vector<std::jthread> threads;
   for (int i = 0; i < 8; ++i)
     threads.emplace_back([&, i] {

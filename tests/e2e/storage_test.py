@@ -1,0 +1,221 @@
+"""What lies on disk: damage is noticed, told and healed; the disk's errors are answers; what isn't needed goes."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from daemon import Daemon
+from documents import SPHERE
+
+TRIANGLE = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+TRIANGLE += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def content_hash(data):
+    return "sha256:" + hashlib.sha256(data).hexdigest()
+
+
+def digits(content):
+    return content[len("sha256:") :]
+
+
+def flip(path, at):
+    """One bit of a byte, in its place."""
+    with open(path, "r+b") as file:
+        file.seek(at)
+        byte = file.read(1)
+        file.seek(at)
+        file.write(bytes([byte[0] ^ 1]))
+
+
+def scene_of(blob):
+    return {"lights": SPHERE["lights"], "objects": [{"type": "file", "blob": blob, "format": "ply"}]}
+
+
+BLOB = content_hash(TRIANGLE)
+SCENE = scene_of(BLOB)
+
+
+class StorageTest(unittest.TestCase):
+    def setUp(self):
+        self.data = tempfile.mkdtemp(prefix="tessera-storage-")
+        self.addCleanup(shutil.rmtree, self.data, ignore_errors=True)
+
+    def daemon(self, *flags):
+        daemon = Daemon("--threads", "1", *flags, data_dir=self.data)
+        self.addCleanup(daemon.stop)
+        return daemon
+
+    def path(self, *parts):
+        return os.path.join(self.data, *parts)
+
+    def files(self, folder):
+        """What is there to be used, or set aside."""
+        if not os.path.exists(self.path(folder)):
+            return []
+        return sorted(name for name in os.listdir(self.path(folder)) if name != ".gone")
+
+    def put(self, daemon, content=TRIANGLE):
+        return daemon.request("PUT", "/v1/blobs/" + content_hash(content), content)
+
+    def post(self, daemon, scene=None):
+        return daemon.request("POST", "/v1/scenes", scene or SCENE)
+
+    def assert_problem(self, reply, status, code, *words):
+        self.assertEqual((reply.status, reply.json()["code"]), (status, code), reply.body)
+        for word in words:
+            self.assertIn(word, reply.body.decode())
+
+
+class DamageTest(StorageTest):
+    def blob_path(self):
+        return self.path("blobs", digits(BLOB))
+
+    def test_of_a_blob_while_it_runs(self):
+        daemon = self.daemon()
+        self.assertEqual(self.put(daemon).status, 201)
+        self.assertEqual(self.post(daemon).status, 201)
+        flip(self.blob_path(), 150)
+        for _ in range(2):
+            self.assert_problem(self.post(daemon), 422, "invalid_document", BLOB, "damaged", "PUT /v1/blobs/")
+            self.assertEqual(self.files("blobs"), [])
+        self.assertEqual(self.files("set-aside"), ["blobs-" + digits(BLOB)])
+        self.assertEqual(daemon.log().count("set aside as"), 1)
+        self.assertEqual(self.put(daemon).status, 201)
+        self.assertEqual(self.put(daemon).status, 200)
+        self.assertEqual(self.post(daemon).status, 200)
+
+    def test_of_a_blob_between_runs(self):
+        daemon = self.daemon()
+        self.put(daemon)
+        posted = self.post(daemon).json()["scene"]
+        daemon.stop()
+        flip(self.blob_path(), 150)
+        daemon = self.daemon()
+        self.assert_problem(daemon.request("GET", "/v1/scenes/" + posted), 422, "invalid_document", "damaged")
+        job = {"scene": posted, "image": {"width": 8, "height": 8}}
+        self.assert_problem(daemon.request("POST", "/v1/jobs", job), 422, "invalid_document", "/scene", "damaged")
+        daemon.stop()
+        daemon = self.daemon()  # It is known still.
+        self.assert_problem(daemon.request("GET", "/v1/scenes/" + posted), 422, "invalid_document", "damaged")
+        self.assertEqual(self.put(daemon).status, 201)
+        self.assertEqual(daemon.wait_ended(daemon.submit(job))["state"], "completed")
+
+    def test_a_put_heals_before_anybody_has_noticed(self):
+        daemon = self.daemon()
+        for at in (0, 100):
+            self.put(daemon)
+            self.post(daemon)
+            flip(self.blob_path(), at)
+            self.assertEqual(self.put(daemon).status, 201)
+            self.assertEqual(self.put(daemon).status, 200)
+        os.truncate(self.blob_path(), 10)
+        self.assertEqual(self.put(daemon).status, 201)
+        daemon.stop()
+        flip(self.blob_path(), 7)
+        self.assertEqual(self.put(self.daemon()).status, 201)
+        self.assertEqual(len(self.files("set-aside")), 4)
+        with open(self.blob_path(), "rb") as file:
+            self.assertEqual(file.read(), TRIANGLE)
+
+    def test_of_a_large_blob(self):
+        """One that isn't looked through in the quick lane."""
+        content = TRIANGLE + b"\n" * (3 << 20)
+        blob = content_hash(content)
+        daemon = self.daemon()
+        self.assertEqual(self.put(daemon, content).status, 201)
+        flip(self.path("blobs", digits(blob)), 2 << 20)
+        self.assert_problem(self.post(daemon, scene_of(blob)), 422, "invalid_document", "damaged")
+        self.assertEqual(self.put(daemon, content).status, 201)
+        self.assertEqual(self.post(daemon, scene_of(blob)).status, 201)
+
+    def test_of_a_scene(self):
+        daemon = self.daemon()
+        posted = self.post(daemon, SPHERE).json()["scene"]
+        path = self.path("scenes", digits(posted) + ".scene")
+        for at in (3, 70, 80, 120):
+            daemon.stop()
+            flip(path, at)
+            daemon = self.daemon()
+            for _ in range(2):
+                reply = daemon.request("GET", "/v1/scenes/" + posted)
+                self.assert_problem(reply, 404, "not_found", "damaged", "POST it again")
+            job = {"scene": posted, "image": {"width": 8, "height": 8}}
+            self.assert_problem(daemon.request("POST", "/v1/jobs", job), 422, "invalid_document", "damaged")
+            self.assertEqual(daemon.log().count("set aside as"), 1)
+            self.assertEqual(self.post(daemon, SPHERE).status, 201)
+            self.assertEqual(daemon.request("GET", "/v1/scenes/" + posted).status, 200)
+        flip(path, 100)
+        self.assertEqual(self.post(daemon, SPHERE).status, 201, "it is healed while it is in memory, too")
+        self.assertEqual(self.post(daemon, SPHERE).status, 200)
+        self.assertEqual(len(self.files("set-aside")), 5)
+
+    def test_scenes_of_an_earlier_version(self):
+        daemon = self.daemon()
+        self.put(daemon)
+        posted = self.post(daemon).json()["scene"]
+        daemon.stop()
+        path = self.path("scenes", digits(posted))
+        with open(path + ".scene", "rb") as file:
+            document = file.read().split(b"\n", 2)[2]
+        os.remove(path + ".scene")
+        with open(path + ".json", "wb") as file:
+            file.write(document)
+        daemon = self.daemon()
+        self.assertEqual(self.files("scenes"), [digits(posted) + ".scene"])
+        self.assertEqual(daemon.request("GET", "/v1/scenes/" + posted).status, 200)
+
+    def test_what_was_left_half_written_goes(self):
+        self.daemon().stop()
+        for folder in ("blobs", "scenes"):
+            with open(self.path(folder, ".receiving-abc"), "wb") as file:
+                file.write(b"half")
+        self.daemon()
+        self.assertEqual(os.listdir(self.path("blobs")) + os.listdir(self.path("scenes")), [])
+
+
+class ScrubTest(StorageTest):
+    def scrub(self, *flags):
+        command = [os.environ["TESSERAD"], "--scrub", "--data-dir", self.data, *flags]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        return done.returncode, done.stdout.splitlines(), done.stderr
+
+    def test_it_finds_all_damage(self):
+        daemon = self.daemon()
+        self.put(daemon)
+        self.put(daemon, b"other bytes")
+        self.post(daemon)
+        posted = self.post(daemon, SPHERE).json()["scene"]
+        status, lines, errors = self.scrub()
+        self.assertEqual((status, lines), (2, []), "a daemon has the folder")
+        self.assertIn("in use", errors)
+        daemon.stop()
+        status, lines, errors = self.scrub()
+        self.assertEqual((status, len(lines), errors), (0, 1, ""))
+        self.assertRegex(lines[0], r"^4 files of \d+ bytes checked, 0 damaged$")
+        blob, scene = self.path("blobs", digits(BLOB)), self.path("scenes", digits(posted) + ".scene")
+        flip(blob, 0)
+        flip(scene, os.path.getsize(scene) - 1)
+        status, lines, _ = self.scrub()
+        self.assertEqual(status, 1)
+        self.assertEqual(len(lines), 3)
+        self.assertIn(blob, lines[0])
+        self.assertIn(scene, lines[1])
+        self.assertRegex(lines[2], r"^4 files of \d+ bytes checked, 2 damaged$")
+        self.assertEqual(len(self.files("set-aside")), 2)
+        self.assertEqual(self.scrub()[0], 0)
+        daemon = self.daemon()
+        self.assert_problem(daemon.request("GET", "/v1/scenes/" + posted), 404, "not_found", "damaged")
+        self.assert_problem(self.post(daemon), 422, "invalid_document", "damaged")
+
+    def test_it_makes_no_folder(self):
+        shutil.rmtree(self.data)
+        self.assertEqual(self.scrub()[0], 2)
+        self.assertFalse(os.path.exists(self.data))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <new>
+#include <system_error>
 #include <utility>
 
 #include "proto/job_parser.h"
@@ -24,6 +25,8 @@ Result<T> parse(std::string_view bytes, std::string_view what, const FileSource&
   if (!value) return std::move(errors).as_problem(what);
   return *std::move(value);
 } catch (const Abandoned&) {
+  throw;
+} catch (const std::system_error&) {  // The files' own, not the document's.
   throw;
 } catch (const std::bad_alloc&) {
   return Problem{ProblemCode::out_of_memory_budget,

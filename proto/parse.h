@@ -49,7 +49,7 @@ struct JobRequest {
 /// `malformed_json` when `bytes` isn't JSON or nests too deep, `invalid_document` otherwise. Never throws on bad
 /// input. May take long (big files): not for an I/O thread.
 ///
-/// Throws `Abandoned`, and nothing else, soon after `stop` is requested (within some 10 ms), wherever it is then.
+/// Throws `Abandoned` soon after `stop` is requested (within some 10 ms), and std::system_error where `files` does.
 Result<ParsedScene> parse_scene(std::string_view bytes, const FileSource& files, const Limits& limits,
                                 std::stop_token stop = {});
 

@@ -42,6 +42,7 @@
 #include "server/store/image_cache.h"
 #include "server/store/owners.h"
 #include "server/store/scene_store.h"
+#include "server/store/store_watch.h"
 #include "server/store/structure_cache.h"
 #include "server/store/wide_store.h"
 #include "server/watchdog.h"
@@ -88,14 +89,15 @@ struct Backend {
         owners(folder.owners()),
         blobs(folder.blobs(), folder.set_aside(), config.asset_root),
         scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, config.scene_cache),
+        store(folder.blobs()),
         wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
         jobs(job_limits(config)),
         images(config.image_cache),
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
-        services{config, keys, owners, quotas, blobs, scenes, jobs, known_jobs, images, runner, scheduler, structures} {
-  }
+        services{config,     keys,   owners, quotas,    blobs,      scenes, jobs,
+                 known_jobs, images, runner, scheduler, structures, store} {}
 
   DataFolder folder;
   KeyRing keys;
@@ -103,6 +105,7 @@ struct Backend {
   Quotas quotas;
   BlobStore blobs;
   SceneStore scenes;
+  StoreWatch store;
   std::optional<WideStore> wide_store;
   StructureCache structures;
   JobTable jobs;
@@ -138,7 +141,8 @@ class IoThreads {
 
 /// Signals that are waited for, and that no thread is interrupted by.
 sigset_t hold_signals() {
-  std::signal(SIGPIPE, SIG_IGN);  // A log whose reader is gone is no reason to stop.
+  std::signal(SIGPIPE, SIG_IGN);  // A log whose reader is gone is no reason to stop,
+  std::signal(SIGXFSZ, SIG_IGN);  // and neither is a file that may not grow: writing says so.
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {

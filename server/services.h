@@ -18,6 +18,7 @@ class Scheduler;
 class StructureCache;
 class JobTable;
 class JobRunner;
+class StoreWatch;
 
 /// What handlers work with. Everything in it is safe to use from any number of threads.
 struct Services {
@@ -33,6 +34,7 @@ struct Services {
   JobRunner& runner;
   Scheduler& scheduler;
   StructureCache& structures;
+  StoreWatch& store;
   const Connections* connections = nullptr;        ///< Once there are any.
   std::atomic<std::uint32_t> most_connections{0};  ///< At once.
   std::atomic<std::uint64_t> least_free_disk{0};   ///< With less the server isn't ready.

@@ -45,7 +45,8 @@ constexpr Reason kReasons[] = {{200, "OK"},
                                {500, "Internal Server Error"},
                                {501, "Not Implemented"},
                                {503, "Service Unavailable"},
-                               {505, "HTTP Version Not Supported"}};
+                               {505, "HTTP Version Not Supported"},
+                               {507, "Insufficient Storage"}};
 
 /// Nothing where there is none: nobody needs one (RFC 9112, 4).
 std::string_view reason(int status) {

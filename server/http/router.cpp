@@ -16,6 +16,8 @@
 #include "server/handlers/job_draft.h"
 #include "server/http/media_type.h"
 #include "server/http/query_errors.h"
+#include "server/store/storage_error.h"
+#include "server/store/store_watch.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -178,6 +180,9 @@ Response run_handler(const Route& route, const Handler& handle, Services& servic
     return {};  // Nobody is there to read it.
   } catch (const std::bad_alloc&) {
     throw;
+  } catch (const StorageError& error) {
+    if (request.abandoned.stop_requested()) return {};
+    return route.refuse(services.store.refuse(error));
   } catch (const std::exception& error) {
     if (request.abandoned.stop_requested()) return {};  // The reason, and nobody waits to hear it.
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());

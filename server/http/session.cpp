@@ -35,6 +35,8 @@
 #include "server/memory_reserve.h"
 #include "server/metrics/metrics.h"
 #include "server/store/blob_store.h"
+#include "server/store/storage_error.h"
+#include "server/store/store_watch.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -316,7 +318,10 @@ class Session {
       wrong = co_await receive_body(head, route, request, share);
     } catch (const std::bad_alloc&) {
       wrong = problem(ProblemCode::out_of_memory_budget, "There is no memory for this body.");
-    } catch (const std::exception& error) {  // The disk is full, say.
+    } catch (const StorageError& error) {  // The disk is full, say.
+      const RequestScope scope(at_hand_.id);
+      wrong = services_.store.refuse(error);
+    } catch (const std::exception& error) {
       const RequestScope scope(at_hand_.id);
       spdlog::error("receiving a body: {}", error.what());
       wrong = problem(ProblemCode::internal_error, "The server couldn't keep the body; its log says why.");

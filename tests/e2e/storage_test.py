@@ -1,14 +1,16 @@
 """What lies on disk: damage is noticed, told and healed; the disk's errors are answers; what isn't needed goes."""
 
+import contextlib
 import hashlib
 import os
+import resource
 import shutil
 import subprocess
 import tempfile
 import unittest
 
 from daemon import Daemon
-from documents import SPHERE
+from documents import SMALL_JOB, SPHERE
 
 TRIANGLE = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 TRIANGLE += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
@@ -215,6 +217,105 @@ class ScrubTest(StorageTest):
         shutil.rmtree(self.data)
         self.assertEqual(self.scrub()[0], 2)
         self.assertFalse(os.path.exists(self.data))
+
+
+class FullDiskTest(StorageTest):
+    """On a small disk where one can be made; where not, with a limit for files, which the daemon is told of alike."""
+
+    def setUp(self):
+        super().setUp()
+        mount = ["mount", "-t", "tmpfs", "-o", "size=4m", "tessera", self.data]
+        self.is_small = os.geteuid() == 0 and subprocess.run(mount, stderr=subprocess.DEVNULL, check=False).returncode == 0
+        if self.is_small:
+            self.addCleanup(subprocess.run, ["umount", "-l", self.data], check=True)
+
+    def limited(self):
+        daemon = self.daemon()
+        if not self.is_small:
+            resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (3 << 20, resource.RLIM_INFINITY))
+        return daemon
+
+    def test_what_doesnt_fit_is_507_and_leaves_nothing(self):
+        daemon = self.limited()
+        large = b"x" * (5 << 20)
+        for _ in range(3):
+            self.assert_problem(self.put(daemon, large), 507, "insufficient_storage")
+            reply = daemon.request("POST", "/v1/render", large)
+            self.assert_problem(reply, 507, "insufficient_storage")
+            self.assertEqual(os.listdir(self.path("blobs")), [])
+        self.assertEqual(self.put(daemon, b"y" * (2 << 20)).status, 201, "what fits is kept")
+        self.assertEqual(daemon.wait_ended(daemon.submit(SMALL_JOB))["state"], "completed")
+        self.assertEqual(daemon.stop(), 0)
+
+    def test_a_disk_that_is_full(self):
+        if not self.is_small:
+            self.skipTest("no small disk can be made here")
+        daemon = self.limited()
+        self.put(daemon)
+        filler = os.open(self.path("filler"), os.O_CREAT | os.O_WRONLY)
+        with contextlib.suppress(OSError):
+            while os.write(filler, b"x" * 4096):
+                pass
+        os.close(filler)
+        for reply in (self.put(daemon, b"some bytes"), self.post(daemon), self.post(daemon, SPHERE)):
+            self.assert_problem(reply, 507, "insufficient_storage")
+        self.assertEqual(self.files("scenes"), [])
+        self.assertEqual(self.files("blobs"), [digits(BLOB)])
+        self.assertEqual(self.put(daemon).status, 200, "it is there")
+        self.assertEqual(daemon.wait_ended(daemon.submit(SMALL_JOB))["state"], "completed")
+        os.remove(self.path("filler"))
+        self.assertEqual(self.post(daemon).status, 201)
+
+    def test_a_disk_that_becomes_read_only(self):
+        if not self.is_small:
+            self.skipTest("no disk can be made here")
+        daemon = self.daemon()
+        self.put(daemon)
+        self.assertEqual(self.post(daemon, SPHERE).status, 201)
+        folders = [self.path("blobs"), self.path("scenes")]
+        for folder in folders:
+            subprocess.run(["mount", "--bind", folder, folder], check=True)
+            subprocess.run(["mount", "-o", "remount,bind,ro", folder], check=True)
+        reply = self.put(daemon, b"some bytes")
+        self.assert_problem(reply, 503, "storage_unavailable")
+        self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
+        self.assert_problem(self.post(daemon), 503, "storage_unavailable")
+        self.assertEqual(self.post(daemon, SPHERE).status, 200, "it is there, and can be read")
+        for folder in folders:
+            subprocess.run(["umount", "-l", folder], check=True)
+        self.assertEqual(self.post(daemon).status, 201)
+
+
+class LostFolderTest(StorageTest):
+    def test_a_folder_that_goes_and_comes_back(self):
+        daemon = self.daemon("--scene-cache", "0")
+        self.put(daemon)
+        posted = self.post(daemon, SPHERE).json()["scene"]
+        aside = self.data + "-moved"
+        os.rename(self.data, aside)
+        self.addCleanup(shutil.rmtree, aside, ignore_errors=True)
+        large = b"x" * (1 << 20)
+        job = {"scene": posted, "image": {"width": 8, "height": 8}}
+        for method, path, body in (
+            ("PUT", "/v1/blobs/" + BLOB, TRIANGLE),
+            ("PUT", "/v1/blobs/" + content_hash(large), large),
+            ("POST", "/v1/scenes", SPHERE),
+            ("POST", "/v1/scenes", SCENE),
+            ("GET", "/v1/scenes/" + posted, None),
+            ("POST", "/v1/jobs", job),
+            ("POST", "/v1/render", large),
+            ("POST", "/v1/render?width=8&samples=1", TRIANGLE),
+        ):
+            with self.subTest(method + " " + path):
+                reply = daemon.request(method, path, body)
+                self.assert_problem(reply, 503, "storage_unavailable")
+                self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
+        self.assertEqual(daemon.wait_ended(daemon.submit(SMALL_JOB))["state"], "completed", "what needs no disk goes on")
+        self.assertFalse(os.path.exists(self.data), "and it isn't made anew")
+        os.rename(aside, self.data)
+        self.assertEqual(daemon.wait_ended(daemon.submit(job))["state"], "completed")
+        self.assertEqual(self.post(daemon).status, 201)
+        self.assertEqual(daemon.stop(), 0)
 
 
 if __name__ == "__main__":

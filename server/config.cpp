@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <ostream>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -71,6 +72,22 @@ const CLI::Validator kIsOrigin(
     },
     "", "origin");
 
+/// "12h" becomes seconds.
+const CLI::Validator kAge(
+    [](std::string& text) {
+      constexpr std::size_t kMostDigits = 9;
+      constexpr std::pair<char, std::uint64_t> kUnits[] = {{'s', 1}, {'m', 60}, {'h', 3600}, {'d', 86400}};
+      if (text == "0") return std::string();
+      const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+      for (const auto& [unit, seconds] : kUnits) {
+        if (digits < 1 || digits > kMostDigits || text.substr(digits) != std::string(1, unit)) continue;
+        text = std::to_string(std::stoull(text.substr(0, digits)) * seconds);
+        return std::string();
+      }
+      return std::string("write it as 90s, 30m, 12h or 30d, or 0");
+    },
+    "", "age");
+
 void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   const auto flag = [&app](const std::string& name, auto& value, const std::string& help) {
     return app.add_option(name, value, help)->envname(variable_of(name))->capture_default_str()->take_last();
@@ -82,6 +99,9 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   };
   const auto list = [&app](const std::string& name, std::vector<std::string>& values, const std::string& help) {
     return app.add_option(name, values, help)->envname(variable_of(name))->delimiter(',')->allow_extra_args(false);
+  };
+  const auto age = [&flag](const std::string& name, std::uint64_t& value, const std::string& help) {
+    return flag(name, value, help + " (12h, 30d; 0: however long)")->transform(kAge);
   };
   app.set_config("--config", "", "A file of `flag = value` lines")->envname("TESSERA_CONFIG");
   flag("--host", config.host, "Address to listen on");
@@ -130,6 +150,13 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   size("--min-free-disk", config.min_free_disk, "With less on the disk of --data-dir, /readyz says so");
   flag("--drain-seconds", config.drain_seconds, "How long jobs may go on after SIGTERM; a second one ends them at once")
       ->check(CLI::Range(0U, 86400U));
+  size(
+      "--max-blob-bytes", config.max_blob_bytes,
+      "Uploaded files on disk together; the longest unused go, but for those that stored scenes need; 0: all that fit");
+  age("--max-blob-age", config.max_blob_age, "How long uploaded files stay unused");
+  size("--max-scene-bytes", config.max_scene_bytes,
+       "Stored scenes together; the longest unused go, but for those that unfinished jobs need; 0: all that fit");
+  age("--max-scene-age", config.max_scene_age, "How long stored scenes stay unused");
   flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image")->check(kNotNegative)->check(kAtLeast1);
   flag("--max-samples", config.documents.max_samples, "Most samples of an image")
       ->check(kNotNegative)

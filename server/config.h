@@ -41,6 +41,10 @@ struct Config {
   std::uint64_t structure_cache = 4ULL << 30;          ///< Built structures kept for the next job.
   std::optional<std::filesystem::path> structure_dir;  ///< Where they are kept for the next start, if anywhere,
   std::uint64_t max_structure_dir = 16ULL << 30;       ///< and how much of them.
+  std::uint64_t max_blob_bytes = 0;                    ///< Of all uploaded files on disk; 0 is no limit.
+  std::uint64_t max_blob_age = 0;                      ///< Seconds since one was used; 0 is no limit.
+  std::uint64_t max_scene_bytes = 0;                   ///< The same of stored scenes.
+  std::uint64_t max_scene_age = 0;
   proto::Limits documents;
 
   std::uint64_t min_free_disk = 256ULL << 20;  ///< With less the server isn't ready.

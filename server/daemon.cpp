@@ -44,6 +44,7 @@
 #include "server/store/scene_store.h"
 #include "server/store/store_watch.h"
 #include "server/store/structure_cache.h"
+#include "server/store/upkeep.h"
 #include "server/store/wide_store.h"
 #include "server/watchdog.h"
 #include "server/work/scheduler.h"
@@ -81,6 +82,11 @@ JobTable::Limits job_limits(const Config& config) {
   return {config.max_jobs, config.max_ended_jobs, config.max_film_memory};
 }
 
+Upkeep::Limits retention(const Config& config) {
+  return {{config.max_blob_bytes, std::chrono::seconds(config.max_blob_age)},
+          {config.max_scene_bytes, std::chrono::seconds(config.max_scene_age)}};
+}
+
 /// Everything behind the sockets, wired together.
 struct Backend {
   explicit Backend(const Config& config)
@@ -97,7 +103,8 @@ struct Backend {
         scheduler(config.threads),
         runner(scheduler, structures, jobs),
         services{config,     keys,   owners, quotas,    blobs,      scenes, jobs,
-                 known_jobs, images, runner, scheduler, structures, store} {}
+                 known_jobs, images, runner, scheduler, structures, store},
+        upkeep(blobs, scenes, store, retention(config)) {}
 
   DataFolder folder;
   KeyRing keys;
@@ -114,6 +121,7 @@ struct Backend {
   Scheduler scheduler;
   JobRunner runner;
   Services services;
+  Upkeep upkeep;
 };
 
 /// The threads that serve connections, each with a loop of its own.

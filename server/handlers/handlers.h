@@ -8,9 +8,11 @@
 namespace tessera::server {
 
 Response put_blob(Services& services, Request& request);
+Response delete_blob(Services& services, Request& request);
 
 Response post_scene(Services& services, Request& request);
 Response describe_scene(Services& services, Request& request);
+Response delete_scene(Services& services, Request& request);
 
 Response post_job(Services& services, Request& request);
 Response list_jobs(Services& services, Request& request);

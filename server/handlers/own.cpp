@@ -31,6 +31,14 @@ std::optional<proto::Problem> refuse_bytes(Services& services, const Principal& 
                         kBeforeMoreBytes};
 }
 
+Deletion begin_deletion(Services& services, const Principal& who, const proto::ContentHash& hash) {
+  if (who.may(proto::Scope::admin)) return Deletion::to_remove;
+  if (!services.owners.has(who.owner, hash)) return Deletion::not_theirs;
+  if (!services.owners.has_others(who.owner, hash)) return Deletion::to_remove;
+  services.owners.remove(who.owner, hash);
+  return Deletion::given_up;
+}
+
 proto::Result<proto::SourceFile> OwnFiles::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {
   const bool may_use = who_.may(proto::Scope::admin) || services_.owners.has(who_.owner, hash);
   if (!may_use && proto::is_content_hash(hash)) return no_such_blob(hash);

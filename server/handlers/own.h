@@ -24,6 +24,11 @@ proto::Result<JobView> find_job(Services& services, const Request& request);
 std::optional<proto::Problem> refuse_bytes(Services& services, const Principal& who, const proto::ContentHash& hash,
                                            std::uint64_t bytes);
 
+/// What becomes of a blob or a scene that is to be deleted: it isn't there for who asks; or it was only given up, as
+/// others have it, too; or it is to be removed.
+enum class Deletion { not_theirs, given_up, to_remove };
+Deletion begin_deletion(Services& services, const Principal& who, const proto::ContentHash& hash);
+
 /// The files that documents may name: blobs that one of the owner's keys has put, since knowing a hash is no right to
 /// what has it, and all of the asset root.
 class OwnFiles : public proto::FileSource {

@@ -47,6 +47,27 @@ Response post_scene(Services& services, Request& request) {
   return response;
 }
 
+Response delete_scene(Services& services, Request& request) {
+  const Deletion deletion = begin_deletion(services, request.who, request.parameter);
+  if (deletion == Deletion::given_up) return {204, {}, ""};
+  if (deletion == Deletion::not_theirs)
+    return problem_response({proto::ProblemCode::not_found, "There is no such scene.", {}});
+  switch (services.scenes.remove(request.parameter)) {
+    case Shelf::Removal::removed:
+      services.owners.forget(request.parameter);
+      return {204, {}, ""};
+    case Shelf::Removal::held:
+    case Shelf::Removal::needed:
+      return problem_response(
+          {proto::ProblemCode::in_use, "A job that hasn't ended, or a request, needs this scene.", {}});
+    case Shelf::Removal::expired:
+      return problem_response({proto::ProblemCode::gone, "The scene has expired.", {}});
+    case Shelf::Removal::missing:
+      break;
+  }
+  return problem_response({proto::ProblemCode::not_found, "There is no such scene.", {}});
+}
+
 Response describe_scene(Services& services, Request& request) {
   if (!may_use_scene(services, request.who, request.parameter))
     return problem_response(no_such_scene(request.parameter));

@@ -35,8 +35,10 @@ Route open_to_all(Route route) {
 std::span<const Route> route_table() {
   static const std::vector<Route> table = {
       {"PUT", "/v1/blobs/{hash}", {}, Body::file, Place::slow, put_blob},
+      {"DELETE", "/v1/blobs/{hash}", {}, Body::none, Place::quick, delete_blob},
       {"POST", "/v1/scenes", {}, Body::json, Place::quick, post_scene},
       {"GET", "/v1/scenes/{hash}", {}, Body::none, Place::quick, describe_scene},
+      {"DELETE", "/v1/scenes/{hash}", {}, Body::none, Place::quick, delete_scene},
       {"POST", "/v1/jobs", {}, Body::json, Place::quick, post_job},
       {"GET", "/v1/jobs", {"after", "limit", "state"}, Body::none, Place::io, list_jobs},
       {"GET", "/v1/jobs/{id}", {}, Body::none, Place::io, show_job},

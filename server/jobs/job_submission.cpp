@@ -98,7 +98,8 @@ proto::Result<std::string> start_job(Services& services, const PreparedJob& job,
   const std::uint64_t samples = std::uint64_t{job.settings.width} * job.settings.height * job.settings.samples;
   if (key)
     if (auto problem = services.quotas.take_samples(*key, samples)) return *std::move(problem);
-  const auto admitted = services.jobs.add(order, kept, key ? key->limits.unfinished_jobs : std::nullopt);
+  const auto admitted =
+      services.jobs.add(order, kept, key ? key->limits.unfinished_jobs : std::nullopt, job.scene.hold);
   if (!admitted) {
     if (key) services.quotas.give_samples_back(*key, samples);
     return admitted.problem();

@@ -119,7 +119,8 @@ std::uint32_t JobTable::unfinished_of(std::string_view owner) const {
   return count;
 }
 
-proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::optional<std::uint32_t> most_of_owner) {
+proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::optional<std::uint32_t> most_of_owner,
+                                                std::shared_ptr<const void> needs) {
   const std::uint64_t image = image_bytes(order.settings), passes = passes_bytes(order.settings);
   const std::uint64_t film = image + passes;
   Aftermath after;
@@ -134,6 +135,7 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::
 
   Job job;
   job.kept = kept;
+  job.needs = std::move(needs);
   job.progress = std::make_shared<Progress>();
   job.film_bytes = image;
   job.view.id = new_id();
@@ -235,6 +237,7 @@ bool JobTable::change_state(Job& job, JobState to) {
 
 bool JobTable::end(Job& job, JobState to, Aftermath& after) {
   if (!change_state(job, to)) return false;
+  job.needs.reset();  // At once: who is told of the end may delete it.
   while (job.waiters) {
     Waiter& waiter = *std::exchange(job.waiters, job.waiters->next);
     waiter.next = std::exchange(after.told, &waiter);

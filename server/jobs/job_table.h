@@ -30,8 +30,8 @@ proto::Problem no_such_job();
 /// deleted, or more jobs have ended since than are kept; their images also give way to those of new jobs, the one that
 /// ended first before the others. Safe to call from any number of threads.
 ///
-/// Its mutex is held while no other part is called, but for the log, whose own is held for a moment and never while
-/// anything is waited for (server/README.md, "Threads").
+/// Its mutex is held while no other part is called, but for the log, and the table of files that jobs need, whose own
+/// are held for a moment and never while anything is waited for (server/README.md, "Threads").
 class JobTable {
  public:
   struct Limits {
@@ -52,9 +52,10 @@ class JobTable {
 
   /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
   /// memory for its image, `shutting_down`; `quota_exceeded` where the order's owner has `most_of_owner` jobs that
-  /// haven't ended. One that isn't `kept` ends when nobody holds it any more.
+  /// haven't ended. One that isn't `kept` ends when nobody holds it any more. What it `needs` is let go when it ends.
   proto::Result<Admitted> add(JobOrder order, bool kept = true,
-                              std::optional<std::uint32_t> most_of_owner = std::nullopt);
+                              std::optional<std::uint32_t> most_of_owner = std::nullopt,
+                              std::shared_ptr<const void> needs = nullptr);
 
   /// Holds a job for somebody who wants its image, and lets it go when it isn't wanted any more: then a job that is
   /// neither held by others nor kept is canceled.
@@ -165,6 +166,7 @@ class JobTable {
   struct Job {
     JobView view;
     bool kept = true;
+    std::shared_ptr<const void> needs;  ///< Until it ends.
     std::uint32_t holds = 0;
     Waiter* waiters = nullptr;  ///< A list through `next`.
     std::shared_ptr<Progress> progress;

@@ -1,11 +1,13 @@
 #include "server/store/owners.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 
@@ -62,6 +64,38 @@ void Owners::add(const std::string& owner, const proto::ContentHash& hash, std::
   const std::lock_guard lock(mutex_);
   Holding& holding = holdings_[owner];
   if (holding.bytes.emplace(digits_of(hash), bytes).second) holding.total += bytes;
+}
+
+void Owners::remove(const std::string& owner, const proto::ContentHash& hash) {
+  std::uint64_t bytes = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto holding = holdings_.find(owner);
+    if (holding == holdings_.end()) return;
+    const auto held = holding->second.bytes.find(digits_of(hash));
+    if (held == holding->second.bytes.end()) return;
+    bytes = held->second;
+    holding->second.total -= bytes;
+    holding->second.bytes.erase(held);
+  }
+  fs::remove(folder_ / owner / (digits_of(hash) + '.' + std::to_string(bytes)));
+}
+
+void Owners::forget(const proto::ContentHash& hash) {
+  std::vector<std::string> owners;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [owner, holding] : holdings_)
+      if (holding.bytes.contains(digits_of(hash))) owners.push_back(owner);
+  }
+  for (const std::string& owner : owners) remove(owner, hash);
+}
+
+bool Owners::has_others(const std::string& owner, const proto::ContentHash& hash) const {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(holdings_, [&](const auto& holding) {
+    return holding.first != owner && holding.second.bytes.contains(digits_of(hash));
+  });
 }
 
 bool Owners::has(const std::string& owner, const proto::ContentHash& hash) const {

@@ -22,6 +22,13 @@ class Owners {
   /// From now on `owner` has this, of so many bytes, whatever happens. Throws std::system_error.
   void add(const std::string& owner, const proto::ContentHash& hash, std::uint64_t bytes);
 
+  /// It isn't the owner's any more. Throws std::system_error.
+  void remove(const std::string& owner, const proto::ContentHash& hash);
+  /// It is nobody's any more.
+  void forget(const proto::ContentHash& hash);
+
+  /// Whether somebody else has it, too.
+  bool has_others(const std::string& owner, const proto::ContentHash& hash) const;
   bool has(const std::string& owner, const proto::ContentHash& hash) const;
 
   /// Of all that `owner` has.

@@ -34,7 +34,8 @@ class FlagsTest(unittest.TestCase):
                 with self.subTest(flag, value=value):
                     self.assertIn(flag, self.refused([f"{flag}={value}"]))
         for flags in (["--port", "65536"], ["--threads", "-1"], ["--max-body", "0MiB"], ["--log-level", "loud"], ["--what"],
-                      ["--timeout", "3601"], ["--scene-cache=-1"], ["--structure-cache=-1MiB"]):
+                      ["--timeout", "3601"], ["--max-blob-age", "30"], ["--max-scene-age", "1w"], ["--max-blob-age=-1d"],
+                      ["--max-blob-age="], ["--max-blob-bytes=-1"], ["--scene-cache=-1"], ["--structure-cache=-1MiB"]):
             with self.subTest(flags):
                 self.assertIn(flags[0].split("=")[0], self.refused(flags))
 

@@ -3,9 +3,12 @@
 import hashlib
 import json
 import os
+import resource
+import shutil
 import socket
 import subprocess
 import tempfile
+import time
 import unittest
 
 import drake_test
@@ -143,6 +146,41 @@ class OpenApiTest(unittest.TestCase):
         with Daemon("--max-bodies", "10") as daemon:
             self.ask(daemon, 503, "post", "/v1/scenes", SPHERE)
             self.ask(daemon, 503, "post", "/v1/jobs", SMALL_JOB)
+        self.exercise_deletion(content_hash(TRIANGLE.encode()))
+        with Daemon() as daemon:
+            resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (100, resource.RLIM_INFINITY))
+            self.ask(daemon, 507, "put", "/v1/blobs/{hash}", TRIANGLE, hash=content_hash(TRIANGLE.encode()))
+            self.ask(daemon, 507, "post", "/v1/scenes", SPHERE)
+            self.ask(daemon, 507, "post", "/v1/render", TRIANGLE, query="?width=8&samples=1")
+            shutil.rmtree(os.path.join(daemon.data_dir, "blobs"))
+            self.ask(daemon, 503, "put", "/v1/blobs/{hash}", TRIANGLE, hash=content_hash(TRIANGLE.encode()))
+
+    def exercise_deletion(self, blob):
+        """Of a blob and of a scene that names it, by clients and by age."""
+        scene = {"objects": [{"type": "file", "blob": blob, "format": "ply"}]}
+        with tempfile.TemporaryDirectory() as data_dir:
+            with Daemon("--threads", "1", data_dir=data_dir) as daemon:
+                self.ask(daemon, 404, "delete", "/v1/blobs/{hash}", hash=blob)
+                self.ask(daemon, 201, "put", "/v1/blobs/{hash}", TRIANGLE, hash=blob)
+                posted = self.ask(daemon, 201, "post", "/v1/scenes", scene).json()["scene"]
+                self.ask(daemon, 409, "delete", "/v1/blobs/{hash}", hash=blob)
+                job = daemon.submit({"scene": posted, "image": {"width": 1, "height": 1}, "settings": {"samples": 2**32 - 1}})
+                self.ask(daemon, 409, "delete", "/v1/scenes/{hash}", hash=posted)
+                self.ask(daemon, 202, "post", "/v1/jobs/{id}/cancel", id=job)
+                self.ask(daemon, 204, "delete", "/v1/scenes/{hash}", hash=posted)
+                self.ask(daemon, 404, "delete", "/v1/scenes/{hash}", hash=posted)
+                self.ask(daemon, 204, "delete", "/v1/blobs/{hash}", hash=blob)
+                self.ask(daemon, 201, "put", "/v1/blobs/{hash}", TRIANGLE, hash=blob)
+                self.ask(daemon, 201, "post", "/v1/scenes", scene)
+            for folder in ("blobs", "scenes"):
+                for name in os.listdir(os.path.join(data_dir, folder)):
+                    os.utime(os.path.join(data_dir, folder, name), (0, 0))
+            with Daemon("--max-blob-age", "1d", "--max-scene-age", "1d", data_dir=data_dir) as daemon:
+                while os.path.exists(os.path.join(data_dir, "blobs", blob[len("sha256:") :])):
+                    time.sleep(0.005)
+                self.ask(daemon, 410, "get", "/v1/scenes/{hash}", hash=posted)
+                self.ask(daemon, 410, "delete", "/v1/scenes/{hash}", hash=posted)
+                self.ask(daemon, 410, "delete", "/v1/blobs/{hash}", hash=blob)
 
     def exercise_jobs(self):
         """One thread, and in the end a job that waits for it."""

@@ -7,10 +7,11 @@ import resource
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 
 from daemon import Daemon
-from documents import SMALL_JOB, SPHERE
+from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE
 
 TRIANGLE = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 TRIANGLE += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
@@ -168,6 +169,7 @@ class DamageTest(StorageTest):
             file.write(document)
         daemon = self.daemon()
         self.assertEqual(self.files("scenes"), [digits(posted) + ".scene"])
+        self.assert_problem(daemon.request("DELETE", "/v1/blobs/" + BLOB), 409, "in_use")
         self.assertEqual(daemon.request("GET", "/v1/scenes/" + posted).status, 200)
 
     def test_what_was_left_half_written_goes(self):
@@ -280,6 +282,7 @@ class FullDiskTest(StorageTest):
         self.assert_problem(reply, 503, "storage_unavailable")
         self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
         self.assert_problem(self.post(daemon), 503, "storage_unavailable")
+        self.assert_problem(daemon.request("DELETE", "/v1/blobs/" + BLOB), 503, "storage_unavailable")
         self.assertEqual(self.post(daemon, SPHERE).status, 200, "it is there, and can be read")
         for folder in folders:
             subprocess.run(["umount", "-l", folder], check=True)
@@ -302,6 +305,8 @@ class LostFolderTest(StorageTest):
             ("POST", "/v1/scenes", SPHERE),
             ("POST", "/v1/scenes", SCENE),
             ("GET", "/v1/scenes/" + posted, None),
+            ("DELETE", "/v1/scenes/" + posted, None),
+            ("DELETE", "/v1/blobs/" + BLOB, None),
             ("POST", "/v1/jobs", job),
             ("POST", "/v1/render", large),
             ("POST", "/v1/render?width=8&samples=1", TRIANGLE),
@@ -316,6 +321,101 @@ class LostFolderTest(StorageTest):
         self.assertEqual(daemon.wait_ended(daemon.submit(job))["state"], "completed")
         self.assertEqual(self.post(daemon).status, 201)
         self.assertEqual(daemon.stop(), 0)
+
+
+class DeletionTest(StorageTest):
+    def delete(self, daemon, path):
+        return daemon.request("DELETE", path)
+
+    def test_of_a_blob(self):
+        daemon = self.daemon()
+        self.assert_problem(self.delete(daemon, "/v1/blobs/" + BLOB), 404, "not_found")
+        self.put(daemon)
+        reply = self.delete(daemon, "/v1/blobs/" + BLOB)
+        self.assertEqual((reply.status, reply.body), (204, b""))
+        self.assertEqual(self.files("blobs"), [])
+        self.assert_problem(self.delete(daemon, "/v1/blobs/" + BLOB), 404, "not_found")
+        self.assert_problem(self.post(daemon), 422, "invalid_document", "upload it first")
+        self.assert_problem(self.delete(daemon, "/v1/blobs/md5:0"), 404, "not_found")
+
+    def test_what_a_stored_scene_names_stays(self):
+        daemon = self.daemon()
+        self.put(daemon)
+        scenes = [SCENE, {**SCENE, "lights": []}]
+        posted = [self.post(daemon, scene).json()["scene"] for scene in scenes]
+        self.assert_problem(self.delete(daemon, "/v1/blobs/" + BLOB), 409, "in_use", "scene")
+        daemon.stop()
+        daemon = self.daemon()  # Which knows it too.
+        for scene in posted:
+            self.assert_problem(self.delete(daemon, "/v1/blobs/" + BLOB), 409, "in_use")
+            self.assertEqual(self.delete(daemon, "/v1/scenes/" + scene).status, 204)
+            self.assert_problem(daemon.request("GET", "/v1/scenes/" + scene), 404, "not_found")
+        self.assertEqual(self.delete(daemon, "/v1/blobs/" + BLOB).status, 204)
+
+    def test_what_an_unfinished_job_needs_stays(self):
+        daemon = self.daemon()
+        for inline in (False, True):
+            posted = self.post(daemon, SPHERE).json()["scene"]
+            path = "/v1/scenes/" + posted
+            job = daemon.submit(ENDLESS_PIXEL if inline else {**ENDLESS_PIXEL, "scene": posted})
+            self.assert_problem(self.delete(daemon, path), 409, "in_use", "job")
+            daemon.request("POST", f"/v1/jobs/{job}/cancel")
+            self.assertEqual(self.delete(daemon, path).status, 204)
+            self.assert_problem(self.delete(daemon, path), 404, "not_found")
+            self.assert_problem(daemon.request("GET", path), 404, "not_found")
+
+
+class RetentionTest(StorageTest):
+    def age(self, folder, name, hours):
+        then = time.time() - 3600 * hours
+        os.utime(self.path(folder, name), (then, then))
+
+    def wait_for(self, folder, names):
+        deadline = time.monotonic() + 60
+        while self.files(folder) != sorted(names):
+            self.assertLess(time.monotonic(), deadline, self.files(folder))
+            time.sleep(0.005)
+
+    def test_by_age_but_for_what_is_needed(self):
+        daemon = self.daemon()
+        self.put(daemon)
+        self.put(daemon, b"unused")
+        self.put(daemon, b"old")
+        posted = self.post(daemon).json()["scene"]
+        old = self.post(daemon, SPHERE).json()["scene"]
+        daemon.stop()
+        for content in (TRIANGLE, b"old"):
+            self.age("blobs", digits(content_hash(content)), 49)
+        self.age("scenes", digits(old) + ".scene", 30)
+        daemon = self.daemon("--max-blob-age", "2d", "--max-scene-age", "24h")
+        self.wait_for("scenes", [digits(posted) + ".scene"])
+        self.wait_for("blobs", [digits(BLOB), digits(content_hash(b"unused"))])
+        self.assert_problem(daemon.request("GET", "/v1/scenes/" + old), 410, "gone", "POST it again")
+        self.assert_problem(self.delete(daemon, "/v1/blobs/" + content_hash(b"old")), 410, "gone")
+        job = {"scene": old, "image": {"width": 8, "height": 8}}
+        self.assert_problem(daemon.request("POST", "/v1/jobs", job), 422, "invalid_document", "expired")
+        daemon.stop()
+        daemon = self.daemon()
+        self.assert_problem(daemon.request("GET", "/v1/scenes/" + old), 410, "gone")
+        self.assertEqual(self.post(daemon, SPHERE).status, 201)
+        self.assertEqual(daemon.request("GET", "/v1/scenes/" + old).status, 200)
+
+    def delete(self, daemon, path):
+        return daemon.request("DELETE", path)
+
+    def test_by_bytes_the_longest_unused_first(self):
+        daemon = self.daemon()
+        contents = [bytes([letter]) * 1000 for letter in b"abcdef"]
+        for content in contents:
+            self.put(daemon, content)
+        daemon.stop()
+        for hours, content in enumerate(contents):
+            self.age("blobs", digits(content_hash(content)), 10 - hours)
+        daemon = self.daemon("--max-blob-bytes", "3500")
+        self.wait_for("blobs", [digits(content_hash(content)) for content in contents[3:]])
+        self.put(daemon, contents[3])  # It is used now.
+        self.put(daemon, b"z" * 1000)
+        self.wait_for("blobs", [digits(content_hash(c)) for c in (contents[3], contents[5], b"z" * 1000)])
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ TEST(Router, OptionsAreAnswered) {
   EXPECT_EQ(found(request_of("OPTIONS", "/v2")), "404");
   request.target = {};  // The server's.
   result = find_route(Config{}, request);
-  EXPECT_EQ(std::get<Response>(result).headers.back().second, "PUT, POST, GET, HEAD, DELETE, OPTIONS");
+  EXPECT_EQ(std::get<Response>(result).headers.back().second, "PUT, DELETE, POST, GET, HEAD, OPTIONS");
 }
 
 TEST(Router, MethodsThatNoRouteHas) {

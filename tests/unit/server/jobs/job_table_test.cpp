@@ -1,6 +1,8 @@
 #include "server/jobs/job_table.h"
 
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -66,6 +68,18 @@ TEST(JobTable, TellsHowManyAreInWhichState) {
   table.remove(first);
   EXPECT_EQ(counts(), (Counts{0, 0, 0, 0, 0, 1}));
   EXPECT_EQ(table.usage().unfinished, 0u);
+}
+
+TEST(JobTable, WhatAJobNeedsIsLetGoAtItsEnd) {
+  JobTable table({1, 1000, 1ULL << 40});
+  auto needs = std::make_shared<int>();
+  const std::weak_ptr<int> watched = needs;
+  const auto job = table.add(order(), true, std::nullopt, std::move(needs));
+  EXPECT_FALSE(watched.expired());
+  EXPECT_FALSE(table.add(order(), true, std::nullopt, watched.lock())) << "one that isn't admitted needs nothing";
+  EXPECT_EQ(watched.use_count(), 1);
+  ASSERT_TRUE(table.cancel(job->id));
+  EXPECT_TRUE(watched.expired()) << "though the job is still known";
 }
 
 TEST(JobTable, NothingHappensAfterTheEnd) {

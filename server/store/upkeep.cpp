@@ -1,0 +1,55 @@
+#include "server/store/upkeep.h"
+
+#include <chrono>
+#include <exception>
+#include <string>
+
+#include <spdlog/spdlog.h>
+
+#include "server/store/storage_error.h"
+
+namespace tessera::server {
+namespace {
+
+using UpkeepClock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kBetweenLooks{5};
+constexpr std::chrono::minutes kBetweenSweeps{5};
+
+void log_swept(const char* what, const Shelf::Swept& swept) {
+  if (!swept.names.empty()) spdlog::info("{} {} of {} bytes have expired", swept.names.size(), what, swept.bytes);
+}
+
+}  // namespace
+
+Upkeep::Upkeep(BlobStore& blobs, SceneStore& scenes, StoreWatch& store, const Limits& limits)
+    : blobs_(blobs), scenes_(scenes), store_(store), limits_(limits), thread_([this](const std::stop_token& stop) {
+        work_on(stop);
+      }) {}
+
+void Upkeep::sweep(BlobStore& blobs, SceneStore& scenes, const Limits& limits, const std::stop_token& stop) {
+  log_swept("scenes", scenes.sweep(limits.scenes, stop));  // First, as they need blobs.
+  const auto is_needed = [&](const std::string& name) { return scenes.names_blob("sha256:" + name); };
+  log_swept("blobs", blobs.shelf().sweep(limits.blobs, is_needed, stop));
+}
+
+void Upkeep::work_on(const std::stop_token& stop) {
+  auto next_sweep = UpkeepClock::now();
+  std::unique_lock lock(mutex_);
+  while (!stop.stop_requested()) {
+    try {
+      store_.look();
+      if (UpkeepClock::now() >= next_sweep || blobs_.shelf().has_outgrown(limits_.blobs) ||
+          scenes_.shelf().has_outgrown(limits_.scenes)) {
+        next_sweep = UpkeepClock::now() + kBetweenSweeps;
+        sweep(blobs_, scenes_, limits_, stop);
+      }
+    } catch (const StorageError& error) {
+      store_.refuse(error);
+    } catch (const std::exception& error) {
+      spdlog::error("looking after the data folder: {}", error.what());
+    }
+    stopped_.wait_for(lock, stop, kBetweenLooks, [] { return false; });
+  }
+}
+
+}  // namespace tessera::server

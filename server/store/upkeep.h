@@ -1,0 +1,40 @@
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+#include "server/store/blob_store.h"
+#include "server/store/scene_store.h"
+#include "server/store/shelf.h"
+#include "server/store/store_watch.h"
+
+namespace tessera::server {
+
+/// What is done about the data folder beside all requests, on a thread of its own: scenes and blobs go that are beyond
+/// their limits, but for those that unfinished jobs, or stored scenes, need; and the disk is looked at.
+class Upkeep {
+ public:
+  struct Limits {
+    Shelf::Limits blobs, scenes;
+  };
+  /// Begins at once. The others live longer.
+  Upkeep(BlobStore& blobs, SceneStore& scenes, StoreWatch& store, const Limits& limits);
+
+  /// Removes what is beyond the limits now. For this thread, and tests.
+  static void sweep(BlobStore& blobs, SceneStore& scenes, const Limits& limits, const std::stop_token& stop);
+
+ private:
+  void work_on(const std::stop_token& stop);
+
+  BlobStore& blobs_;
+  SceneStore& scenes_;
+  StoreWatch& store_;
+  const Limits limits_;
+  std::mutex mutex_;
+  std::condition_variable_any stopped_;
+  std::jthread thread_;
+};
+
+}  // namespace tessera::server

@@ -134,8 +134,13 @@ bool SceneStore::keep(const ContentHash& hash, std::string_view document, const 
   ReceivedFile file(folder_);
   file.write(std::as_bytes(std::span(head)));
   file.write(std::as_bytes(std::span(document)));
-  shelf_.replace(name, file);
-  references_.set(name, std::move(blobs));
+  references_.set(name, std::move(blobs));  // First, so that none of them is removed once it is there.
+  try {
+    shelf_.replace(name, file);
+  } catch (const StorageError&) {
+    if (!known) references_.drop(name);
+    throw;
+  }
   return known;
 }
 

@@ -39,7 +39,7 @@ TEST(BlobStore, KeepsAFileByItsHash) {
 
 TEST(BlobStore, WhatWasReadOfAFileIsAllOfIt) {
   const TemporaryFolder folder;
-  const BlobStore store(folder.path(), std::nullopt);
+  const BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
   const auto read = [](int how, ReceivedFile& file) {
     if (how == 0) file.finish();
     if (how == 1) file.content();

@@ -243,7 +243,7 @@ class KeysTest(FolderTest):
             for headers in (bearer(key), bearer(key[:-1] + "?"), {"Authorization": key}, {**bearer(key), "Host": "x"}):
                 daemon.request("POST", "/v1/jobs", SMALL_JOB, headers)
                 daemon.request("GET", "/v1/jobs", headers=headers)
-            self.assertIn("/v1/jobs", daemon.log())
+            self.assertGreater(daemon.count_in_log("/v1/jobs", 8), 0)
             self.assertNotIn(key[17:50], daemon.log())
         finally:
             daemon.stop()

@@ -85,6 +85,13 @@ class Daemon:
         with open(self._log.name, errors="replace") as log:
             return log.read()
 
+    def count_in_log(self, words, least=1, seconds=20):
+        """How often the log has these words: waits until it has them so often, as a thread of its own writes it."""
+        deadline = time.monotonic() + seconds
+        while (count := self.log().count(words)) < least and time.monotonic() < deadline:
+            time.sleep(0.01)
+        return count
+
     def terminate(self):
         self.process.send_signal(signal.SIGTERM)
 

@@ -86,7 +86,7 @@ class DamageTest(StorageTest):
             self.assert_problem(self.post(daemon), 422, "invalid_document", BLOB, "damaged", "PUT /v1/blobs/")
             self.assertEqual(self.files("blobs"), [])
         self.assertEqual(self.files("set-aside"), ["blobs-" + digits(BLOB)])
-        self.assertEqual(daemon.log().count("set aside as"), 1)
+        self.assertEqual(daemon.count_in_log("set aside as"), 1)
         self.assertEqual(self.put(daemon).status, 201)
         self.assertEqual(self.put(daemon).status, 200)
         self.assertEqual(self.post(daemon).status, 200)
@@ -148,7 +148,7 @@ class DamageTest(StorageTest):
                 self.assert_problem(reply, 404, "not_found", "damaged", "POST it again")
             job = {"scene": posted, "image": {"width": 8, "height": 8}}
             self.assert_problem(daemon.request("POST", "/v1/jobs", job), 422, "invalid_document", "damaged")
-            self.assertEqual(daemon.log().count("set aside as"), 1)
+            self.assertEqual(daemon.count_in_log("set aside as"), 1)
             self.assertEqual(self.post(daemon, SPHERE).status, 201)
             self.assertEqual(daemon.request("GET", "/v1/scenes/" + posted).status, 200)
         flip(path, 100)

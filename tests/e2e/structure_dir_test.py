@@ -84,7 +84,7 @@ class StructureDirTest(unittest.TestCase):
         os.truncate(other, os.path.getsize(other) // 2)
         second = self.daemon()
         self.assertEqual(self.render(second), (image, 2, 0, 1))
-        self.assertEqual(second.log().count("set aside as"), 2)
+        self.assertEqual(second.count_in_log("set aside as", 2), 2)
         second.stop()
         self.assertEqual(self.render(self.daemon()), (image, 0, 2, 1))
 
@@ -102,7 +102,7 @@ class StructureDirTest(unittest.TestCase):
         self.assertEqual(self.render(one), (image, 0, 2, 1), "it is in memory")
         other = self.daemon()
         self.assertEqual(self.render(other), (image, 2, 0, 1))
-        self.assertEqual(other.log().count("set aside as"), 2)
+        self.assertEqual(other.count_in_log("set aside as", 2), 2)
 
     def test_daemons_share_a_folder(self):
         one, other = self.daemon(), self.daemon()

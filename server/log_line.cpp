@@ -1,27 +1,15 @@
 #include "server/log_line.h"
 
 #include <cstdio>
-#include <ctime>
 #include <string>
 
 #include "proto/wire/printable.h"
+#include "server/rfc3339.h"
 
 namespace tessera::server {
 namespace {
 
 void append(spdlog::memory_buf_t& out, std::string_view text) { out.append(text.data(), text.data() + text.size()); }
-
-/// RFC 3339, UTC, milliseconds.
-void append_time(spdlog::memory_buf_t& out, std::chrono::system_clock::time_point time) {
-  const auto since_epoch = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch()).count();
-  const std::time_t seconds = since_epoch / 1000;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char day_and_time[32], text[48];
-  std::strftime(day_and_time, sizeof day_and_time, "%Y-%m-%dT%H:%M:%S", &parts);
-  std::snprintf(text, sizeof text, "%s.%03dZ", day_and_time, static_cast<int>(since_epoch % 1000));
-  append(out, text);
-}
 
 /// `printable` has taken out all else that JSON, or a reader of quoted words, can't have in a string.
 void append_quoted(spdlog::memory_buf_t& out, std::string_view printable) {
@@ -58,7 +46,7 @@ void write_log_line(LogFormat format, std::chrono::system_clock::time_point time
                     std::string_view message, std::span<const LogField> fields, spdlog::memory_buf_t& out) {
   const bool is_json = format == LogFormat::json;
   append(out, is_json ? R"({"ts":")" : "");
-  append_time(out, time);
+  append(out, rfc3339(time));
   append(out, is_json ? R"(","level":")" : " ");
   append(out, level);
   append(out, is_json ? R"(","message":)" : " ");

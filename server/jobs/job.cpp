@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
-#include <ctime>
+
+#include "server/rfc3339.h"
 
 namespace tessera::server {
 namespace {
@@ -14,17 +14,6 @@ constexpr std::array kRays{&RayCounts::camera,        &RayCounts::camera_hits, &
                            &RayCounts::refraction,    &RayCounts::shadow,      &RayCounts::scattered,
                            &RayCounts::camera_skipped};
 static_assert(sizeof(RayCounts) == kRays.size() * sizeof(std::uint64_t), "every member is told");
-
-std::string rfc3339(std::chrono::system_clock::time_point time) {
-  const auto since_epoch = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
-  const std::time_t seconds = since_epoch / 1000;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char day_and_time[32], text[48];
-  std::strftime(day_and_time, sizeof day_and_time, "%Y-%m-%dT%H:%M:%S", &parts);
-  std::snprintf(text, sizeof text, "%s.%03dZ", day_and_time, static_cast<int>(since_epoch % 1000));
-  return text;
-}
 
 std::uint64_t samples_of(const Settings& settings) {
   return std::uint64_t{settings.width} * settings.height * settings.samples;

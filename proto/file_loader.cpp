@@ -223,9 +223,16 @@ bool FileLoader::find_environment(JsonFields& fields, std::shared_ptr<const Envi
     where.error(imported.problem().detail);
   } else if (builder_.take((*imported)->texels.size() * sizeof(Rgb), where)) {
     map = *imported;
+    if (path) assets_.emplace(found->file.hash, found->file.path);
     identities_[fields.value().index()] = &environments_.emplace_back(FileIdentity{found->file.hash, {}, {}});
   }
   return true;
+}
+
+std::vector<SourceFile> FileLoader::assets() const {
+  std::vector<SourceFile> files;
+  for (const auto& [hash, path] : assets_) files.push_back({path, hash});
+  return files;
 }
 
 std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
@@ -262,6 +269,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
     reference.where.error(kChanged);
     return std::nullopt;
   }
+  for (const SourceFile& file : assets) assets_.emplace(file.hash, file.path);
   if (!imported) {
     const Problem& problem = imported.problem();
     throw_if_ours(problem);

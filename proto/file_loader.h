@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -54,6 +55,9 @@ class FileLoader {
   /// Of all files that are in the scene. Lives as long as the loader.
   const FileIdentities& identities() const { return identities_; }
 
+  /// Those among them that lie under the asset root, by their content.
+  std::vector<SourceFile> assets() const;
+
  private:
   std::optional<LoadedFile> import(const FileReference& reference);
 
@@ -63,6 +67,7 @@ class FileLoader {
   std::map<std::string, std::optional<LoadedFile>> loaded_;
   std::deque<FileIdentity> environments_;  // whose places don't move
   FileIdentities identities_;
+  std::map<ContentHash, std::filesystem::path> assets_;
 };
 
 }  // namespace tessera::proto

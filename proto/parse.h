@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "core/scene/scene.h"
 #include "core/scene/settings.h"
@@ -27,10 +28,17 @@ struct Limits {
   std::uint64_t max_objects = 1ULL << 26;        ///< After files and instances are expanded.
 };
 
+/// A scene that stays what it is when the files change that it was made of.
+struct CapturedScene {
+  std::string document;           ///< The scene's, with blobs in place of paths: it has the same hash.
+  std::vector<SourceFile> files;  ///< That were named by path, or found beside one: they have to be kept as blobs.
+};
+
 struct ParsedScene {
   std::shared_ptr<const Scene> scene;
   ContentHash hash;  ///< Of what was asked for, files by their content: equal documents and files, equal hash.
   std::shared_ptr<const void> hold = nullptr;  ///< Of its stored document, which stays as long as this does.
+  std::shared_ptr<const CapturedScene> captured = nullptr;  ///< Where the document names files by path.
 };
 
 /// A job as asked for, checked as far as it can be without the scene it names.

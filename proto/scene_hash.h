@@ -25,4 +25,9 @@ using FileIdentities = std::unordered_map<JsonDocument::Index, const FileIdentit
 /// (3, 3.0 and 3e0 are one), file references by identity. Documents of one hash make the same core Scene.
 ContentHash scene_hash(const JsonCursor& scene, const FileIdentities& files);
 
+/// The same document as JSON, with files that it names by path named by their content, as blobs with their companions:
+/// it has the same hash. Of a file that asks for companions by names that aren't UTF-8, which no document can have, the
+/// path stays.
+std::string document_by_content(const JsonCursor& scene, const FileIdentities& files);
+
 }  // namespace tessera::proto

@@ -110,8 +110,12 @@ class SceneParser {
     if (!errors_.empty()) return std::nullopt;
     warn_of_unplaced_geometries();
     warn_of_darkness(lights.value_or(document_));
-    return ParsedScene{std::make_shared<const Scene>(std::move(builder_).finish()),
+    ParsedScene parsed{std::make_shared<const Scene>(std::move(builder_).finish()),
                        scene_hash(document_, loader_.identities())};
+    if (auto files = loader_.assets(); !files.empty())
+      parsed.captured = std::make_shared<const CapturedScene>(
+          CapturedScene{document_by_content(document_, loader_.identities()), std::move(files)});
+    return parsed;
   }
 
  private:

@@ -109,5 +109,32 @@ TEST(SceneHash, CompanionsCountWhereTheFileAsksForThem) {
   EXPECT_EQ(hash_of(object(blob + "}"), files), hash_of(object(R"("path": "c/model.obj")"), files));
 }
 
+TEST(SceneHash, ADocumentWithItsFilesNamedByContentHasTheSame) {
+  TestFiles files;
+  files.add_asset("a/model.obj", kModel);
+  files.add_asset("a/colours.mtl", "newmtl red\nKd 1 0 0\n");
+  files.add_asset("b.ply", kTriangle);
+  const std::string stays = files.add_blob(kTriangle);
+  const auto parsed = parse_scene(R"({"background": [0.1, 1e-3, 0], "objects": [
+    {"type": "file", "path": "a/model.obj", "transform": {"scale": 2}},
+    {"type": "instance", "of": "b\"\u00e9", "transform": [1, 0, 0, 0.5, 0, 1, 0, -0.0, 0, 0, 1, 0]},
+    {"type": "file", "blob": ")" + stays +
+                                      R"(", "format": "ply"}],
+    "geometries": {"b\"\u00e9": {"path": "b.ply", "type": "file"}}})",
+                                  files, Limits());
+  ASSERT_TRUE(parsed);
+  ASSERT_TRUE(parsed->captured);
+  EXPECT_EQ(parsed->captured->files.size(), 3U);
+  files.add_asset("a/model.obj", "");  // What it was made of may change.
+  files.add_asset("a/colours.mtl", "newmtl blue\n");
+  files.add_blob(kModel);
+  files.add_blob("newmtl red\nKd 1 0 0\n");
+  const auto again = parse_scene(parsed->captured->document, files, Limits());
+  ASSERT_TRUE(again) << parsed->captured->document << again.problem().errors.at(0).detail;
+  EXPECT_EQ(again->hash, parsed->hash);
+  EXPECT_EQ(again->scene->objects.size(), 3U);
+  EXPECT_FALSE(again->captured) << "it names no path any more";
+}
+
 }  // namespace
 }  // namespace tessera::proto

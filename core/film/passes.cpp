@@ -50,6 +50,12 @@ Passes::Passes(const Settings& settings, bool is_noiseless)
   report_.low_total = measures_error(settings) ? pixels_of(settings) : report_.high_total;
 }
 
+Passes::Passes(const Settings& settings, bool is_noiseless, Pass current, const PassReport& report)
+    : Passes(settings, is_noiseless) {
+  pass_ = std::make_shared<const Pass>(std::move(current));
+  report_ = report;
+}
+
 PassWork Passes::work(PixelRect tile, const Film& film) const {
   PassWork work(pass_, tile, settings_);
   if (report_.passes == 0) return work;
@@ -60,6 +66,12 @@ PassWork Passes::work(PixelRect tile, const Film& film) const {
 
 void Passes::store(const Sums& tile) {
   if (sums_) sums_->copy(tile, tile.rect());
+}
+
+Sums Passes::sums(PixelRect tile) const {
+  Sums sums(tile, settings_);
+  if (sums_) sums.copy(*sums_, tile);
+  return sums;
 }
 
 bool Passes::is_last_of(PixelRect tile) const {

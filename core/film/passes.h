@@ -39,12 +39,19 @@ class Passes {
   /// `is_noiseless`: all samples of a pixel are the same, by the way they are made. Then the error is 0.
   explicit Passes(const Settings& settings, bool is_noiseless = false);
 
+  /// Goes on where other passes over the same image have come to: they had said `report` when they went on to
+  /// `current`. All tiles have to be stored as they were then, and those anew that `current` has rendered since, before
+  /// anything else is asked.
+  Passes(const Settings& settings, bool is_noiseless, Pass current, const PassReport& report);
+
   const Pass& current() const { return *pass_; }
 
   /// What the pass asks of a tile that has been stored, here and in `film`, after every pass before, and not after
   /// this.
   PassWork work(PixelRect tile, const Film& film) const;
   void store(const Sums& tile);
+  /// Those of a tile; not while it is stored. Empty sums where there is only one pass.
+  Sums sums(PixelRect tile) const;
   /// Whether a tile's pixels have as many samples as they may after the pass at hand.
   bool is_last_of(PixelRect tile) const;
 

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <numeric>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -95,6 +98,60 @@ TEST(RenderInPasses, IsWhatOnePassGives) {
     EXPECT_TRUE(same_bytes(film.pixels(), passes.pixels));
     EXPECT_GT(passes.report.passes, 2U);
     EXPECT_EQ(passes.report.ended_by, EndedBy::samples);
+  }
+}
+
+/// An image that is given up in the middle of each of its passes: what is left of it are tiles as they were stored.
+Done render_given_up_everywhere(const Settings& settings) {
+  const RenderContext context = context_for(settings);
+  const std::vector<PixelRect> tiles = rects(context);
+  auto passes = std::make_unique<Passes>(settings);
+  auto film = std::make_unique<Film>(settings.width, settings.height, settings.aovs, tiles);
+  const auto render_half = [&](std::size_t first) {
+    for (std::size_t i = first; i < tiles.size(); i += 2) {
+      if (passes->current().samples_in(tiles[i]) == 0) continue;
+      const auto result = render_tile(context, i, passes->work(tiles[i], *film));
+      film->store(i, result->pixels);
+      passes->store(result->sums);
+    }
+  };
+  do {
+    render_half(0);
+    auto again = std::make_unique<Passes>(settings, false, passes->current(), passes->report());
+    auto again_film = std::make_unique<Film>(settings.width, settings.height, settings.aovs, tiles);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      if (passes->report().passes == 0 && i % 2 == 1) continue;  // There is nothing of it.
+      Pixels pixels(tiles[i], settings.aovs);
+      pixels.copy(film->pixels(), tiles[i]);
+      again_film->store(i, pixels);
+      again->store(passes->sums(tiles[i]));
+    }
+    passes = std::move(again);
+    film = std::move(again_film);
+    render_half(1);
+  } while (passes->next(0));
+  return {film->pixels(), passes->report()};
+}
+
+TEST(RenderInPasses, GoesOnFromStoredTiles) {
+  for (const bool measured : {false, true}) {
+    Settings settings = small(measured ? 1 << 12 : 40);
+    settings.integrator = IntegratorKind::path;
+    if (measured) {
+      settings.aovs = {Aov::sample_count, Aov::variance, Aov::albedo};
+      settings.width = 96;
+      settings.height = 80;
+      settings.error = 0.03F;
+    }
+    const Done whole = render(settings), pieces = render_given_up_everywhere(settings);
+    EXPECT_TRUE(same_bytes(whole.pixels, pieces.pixels)) << measured;
+    EXPECT_GT(pieces.report.passes, 2U);
+    EXPECT_EQ(pieces.report.passes, whole.report.passes);
+    EXPECT_EQ(pieces.report.samples, whole.report.samples);
+    EXPECT_EQ(pieces.report.ended_by, whole.report.ended_by);
+    if (measured) {
+      EXPECT_EQ(pieces.report.error->high, whole.report.error->high);
+    }
   }
 }
 

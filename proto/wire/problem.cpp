@@ -45,6 +45,10 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::in_use, "in_use", 409, "It is in use",
                  "A job that hasn't ended, a stored scene or a request that is being answered needs it; `detail` says "
                  "which of these. Delete that first, or wait for its end."},
+    ProblemEntry{
+        ProblemCode::request_in_progress, "request_in_progress", 409, "The same request is in progress",
+        "A request with the same Idempotency-Key came before this one and hasn't been answered yet. Send this one "
+        "again soon: it will be answered as that one was."},
     ProblemEntry{ProblemCode::image_gone, "image_gone", 410, "The image is gone",
                  "The job has ended, and its image gave way to those of newer jobs. Submit the job again for it."},
     ProblemEntry{
@@ -72,6 +76,11 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::hash_mismatch, "hash_mismatch", 422, "The content does not have the stated hash",
                  "The bytes that came aren't those that the path names: the path has the hash of another file, or the "
                  "file changed on its way."},
+    ProblemEntry{
+        ProblemCode::idempotency_key_reused, "idempotency_key_reused", 422,
+        "The idempotency key belongs to another request",
+        "The Idempotency-Key was sent before with another body, and names the job that came of that. Send this "
+        "body with a key of its own."},
     ProblemEntry{ProblemCode::too_many_jobs, "too_many_jobs", 429, "Too many jobs are waiting",
                  "As many jobs wait or render as the server takes. Try again when some have ended."},
     ProblemEntry{ProblemCode::quota_exceeded, "quota_exceeded", 429, "The key's quota is used up",

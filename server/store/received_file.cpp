@@ -12,14 +12,11 @@
 #include "server/store/storage_error.h"
 
 namespace tessera::server {
-namespace {
 
 void sync_folder(const std::filesystem::path& folder) {
   const FileDescriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!fd || ::fsync(fd.value()) != 0) throw_storage_error("cannot sync " + folder.string());
 }
-
-}  // namespace
 
 ReceivedFile::ReceivedFile(std::filesystem::path folder) : folder_(std::move(folder)) {}
 

@@ -80,6 +80,9 @@ class MemoryOfFiles {
   std::size_t left_ = kMost;
 };
 
+/// Has what was renamed or made in a folder outlive a power cut. Throws std::system_error.
+void sync_folder(const std::filesystem::path& folder);
+
 /// Names that `ReceivedFile` gives begin so; whatever is left of them when a daemon starts is from a crash.
 inline constexpr std::string_view kReceivedFilePrefix = ".receiving-";
 

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "proto/wire/problem.h"
+
+namespace tessera::server {
+
+class JournalDatabase;
+
+/// Something that happened to a job, as it lies in the journal.
+struct JournalEntry {
+  std::uint64_t seq = 0;  ///< Grows; some numbers are left out.
+  std::string job;
+  std::string kind;
+  std::chrono::system_clock::time_point time;  ///< To the millisecond.
+  std::string body;                            ///< JSON.
+};
+
+/// What happened to jobs, in the order in which it did, on disk: an embedded SQLite database. Entries are only
+/// appended; those of a job that has been removed go, but for the one that says so. One thread writes, and takes all
+/// that has queued up meanwhile into one transaction, so that a disk that syncs slowly still takes many jobs a second.
+/// Safe to call from any number of threads; `append` may be called with a mutex held, as it waits for nothing.
+class Journal {
+ public:
+  /// Opens it, or makes a new one, or brings one of an older version up to date. Throws std::runtime_error when it
+  /// can't be used: it is damaged, say, or a newer program's.
+  explicit Journal(const std::filesystem::path& file);
+  /// Closes.
+  ~Journal();
+  Journal(const Journal&) = delete;
+
+  enum class OnFailure { refuse, retry };
+
+  /// An entry to be appended.
+  struct Append {
+    std::string job;
+    std::string kind;
+    std::chrono::system_clock::time_point time;
+    std::function<std::string()> body;  ///< Makes it, on the thread that writes.
+    OnFailure on_failure = OnFailure::retry;
+    bool is_awaited = false;      ///< Otherwise it may lie for a moment, to be written with others.
+    bool removes_others = false;  ///< All other entries of the job go with it.
+    /// Called after each try, on the thread that writes, in the order of `seq`: with nothing once it is there for good,
+    /// a power cut notwithstanding, and with what is in the way otherwise. It may append.
+    std::function<void(const std::optional<proto::Problem>&)> done = nullptr;
+  };
+  /// Its `seq`, which is greater than those of all before.
+  std::uint64_t append(Append entry);
+
+  /// At most `limit` entries with a greater `seq`, in order. Throws std::runtime_error when they can't be read.
+  std::vector<JournalEntry> since(std::uint64_t seq, std::size_t limit) const;
+
+  /// Why the last try to write failed; nothing when it didn't.
+  std::optional<proto::Problem> trouble() const;
+
+  /// Tries once more to write what waits, and writes no more. Nothing is called any more once it has returned.
+  void close();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Waiting {
+    std::uint64_t seq;
+    Append entry;
+  };
+
+  void write_on();
+  std::optional<proto::Problem> write(const std::vector<Waiting>& batch);
+
+  const std::unique_ptr<JournalDatabase> writing_;  ///< The writer's alone, once that has begun.
+  mutable std::mutex reading_mutex_;
+  const std::unique_ptr<JournalDatabase> reading_;  ///< Guarded by `reading_mutex_`.
+
+  mutable std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
+  std::condition_variable changed_;
+  std::vector<Waiting> waiting_;
+  std::optional<Clock::time_point> due_;  ///< When they have to be written, if there are any.
+  std::uint64_t last_seq_;
+  std::optional<proto::Problem> trouble_;
+  bool closing_ = false;
+  std::jthread writer_;
+};
+
+}  // namespace tessera::server

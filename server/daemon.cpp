@@ -30,6 +30,7 @@
 #include "server/http/key_ring.h"
 #include "server/http/listener.h"
 #include "server/jobs/job_runner.h"
+#include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/known_jobs.h"
 #include "server/jobs/quotas.h"
@@ -40,6 +41,8 @@
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
 #include "server/store/image_cache.h"
+#include "server/store/image_store.h"
+#include "server/store/journal.h"
 #include "server/store/owners.h"
 #include "server/store/scene_store.h"
 #include "server/store/store_watch.h"
@@ -55,6 +58,7 @@ namespace {
 constexpr unsigned kIoThreads = 2;
 constexpr unsigned kQuickThreads = 4;  // More than cores: some wait for the disk.
 constexpr unsigned kSlowThreads = 2;
+constexpr unsigned kWriters = 8;  // They wait for the disk, which syncs for several at once.
 /// How long requests, and units of work, that are in progress may go on when the daemon stops.
 constexpr std::chrono::milliseconds kPatience{2000};
 constexpr std::chrono::milliseconds kLookAgain{5};
@@ -98,13 +102,32 @@ struct Backend {
         store(folder.blobs()),
         wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
-        jobs(job_limits(config)),
+        journal(folder.journal()),
+        films(folder.images(), folder.set_aside()),
+        jobs(job_limits(config), &journal, [this](const std::string& id) { films.remove(id); }),
+        unfinished(restore_jobs(journal, films, scenes, jobs)),
         images(config.image_cache),
         scheduler(config.threads),
-        runner(scheduler, structures, jobs),
-        services{config,     keys,   owners, quotas,    blobs,      scenes, jobs,
-                 known_jobs, images, runner, scheduler, structures, store},
-        upkeep(blobs, scenes, store, retention(config)) {}
+        writers(kWriters),
+        runner(scheduler, structures, jobs, std::chrono::steady_clock::now, JobFiles{films, folder.tiles(), writers}),
+        services{config, keys,   owners,    quotas,     blobs, scenes,  jobs, known_jobs,
+                 images, runner, scheduler, structures, store, journal, films},
+        upkeep(blobs, scenes, store, retention(config)) {
+    remove_what_nobody_needs();
+  }
+
+  /// Of jobs that aren't there any more, or have ended.
+  void remove_what_nobody_needs() const {
+    const auto state_of = [this](const std::filesystem::path& path) -> std::optional<proto::JobState> {
+      const auto job = jobs.find(path.stem());
+      return job ? std::optional(job->state) : std::nullopt;
+    };
+    std::error_code error;  // Of a folder that isn't there.
+    for (const auto& entry : std::filesystem::directory_iterator(folder.images()))
+      if (state_of(entry.path()) != proto::JobState::completed) std::filesystem::remove(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(folder.tiles(), error))
+      if (state_of(entry.path()) != proto::JobState::queued) std::filesystem::remove_all(entry.path());
+  }
 
   DataFolder folder;
   KeyRing keys;
@@ -115,13 +138,17 @@ struct Backend {
   StoreWatch store;
   std::optional<WideStore> wide_store;
   StructureCache structures;
+  Journal journal;
+  ImageStore films;
   JobTable jobs;
+  const std::vector<std::string> unfinished;  ///< Jobs of earlier daemons that hadn't ended.
   KnownJobs known_jobs;
   ImageCache images;
   Scheduler scheduler;
+  Scheduler writers;  ///< Of images.
   JobRunner runner;
   Services services;
-  Upkeep upkeep;
+  Upkeep upkeep;  ///< Last, when jobs hold the files that they need.
 };
 
 /// The threads that serve connections, each with a loop of its own.
@@ -296,17 +323,24 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
   spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
   manager.tell("READY=1");
 
+  if (!backend.unfinished.empty())
+    spdlog::info("{} jobs go on that an earlier daemon was asked for", backend.unfinished.size());
+  std::jthread resuming([&](const std::stop_token& stop) { resume_jobs(backend.services, backend.unfinished, stop); });
+
   operation.wait_for_end(backend);
   manager.tell("STOPPING=1");
   operation.drain(backend);
   backend.services.shutting_down = true;
   ::shutdown(listening.value(), SHUT_RD);  // Nobody connects any more.
   backend.jobs.shut_down();
+  resuming.request_stop();
+  resuming.join();
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (connections.requests_active > 0 && std::chrono::steady_clock::now() < deadline)
     std::this_thread::sleep_for(kLookAgain);
   io.stop();
-  const bool idle = backend.scheduler.shut_down(kPatience) && connections.requests_active == 0;
+  const bool idle = backend.scheduler.shut_down(kPatience) && backend.writers.shut_down(kPatience) &&
+                    connections.requests_active == 0;
   spdlog::info("stopped");
   if (!idle) {  // A build or a parse that can't be interrupted: nothing of it is worth waiting for.
     log.close();

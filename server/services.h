@@ -19,6 +19,8 @@ class StructureCache;
 class JobTable;
 class JobRunner;
 class StoreWatch;
+class Journal;
+class ImageStore;
 
 /// What handlers work with. Everything in it is safe to use from any number of threads.
 struct Services {
@@ -35,6 +37,8 @@ struct Services {
   Scheduler& scheduler;
   StructureCache& structures;
   StoreWatch& store;
+  Journal& journal;
+  ImageStore& films;
   const Connections* connections = nullptr;        ///< Once there are any.
   std::atomic<std::uint32_t> most_connections{0};  ///< At once.
   std::atomic<std::uint64_t> least_free_disk{0};   ///< With less the server isn't ready.

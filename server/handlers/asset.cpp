@@ -217,6 +217,17 @@ proto::ContentHash RequestFiles::add(std::shared_ptr<ReceivedFile> file) {
   return hash;
 }
 
+Result<std::vector<proto::SourceFile>> RequestFiles::keep_all(const BlobStore& blobs,
+                                                              const std::stop_token& stop) const {
+  std::vector<proto::SourceFile> kept;
+  for (const auto& [hash, file] : files_) {
+    auto blob = blobs.capture({file->path(), hash}, stop);
+    if (!blob) return blob.problem();
+    kept.push_back(*std::move(blob));
+  }
+  return kept;
+}
+
 Result<proto::SourceFile> RequestFiles::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {
   const auto found = files_.find(hash);
   if (found == files_.end()) return others_.blob(hash, stop);

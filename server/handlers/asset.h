@@ -2,6 +2,8 @@
 
 #include <map>
 #include <memory>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,6 +25,9 @@ class RequestFiles : public proto::FileSource {
 
   /// Gives the file's hash.
   proto::ContentHash add(std::shared_ptr<ReceivedFile> file);
+
+  /// Has all of them outlive the request, as long as what it returns lives. Throws as `BlobStore::capture` does.
+  proto::Result<std::vector<proto::SourceFile>> keep_all(const BlobStore& blobs, const std::stop_token& stop) const;
 
   proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash, const std::stop_token& stop) const override;
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override;

@@ -149,7 +149,7 @@ Result<PreparedJob> prepare(Services& services, const DrakeForm& form, const Pri
   job.settings = settings_of(form);
   job.has_image = true;
   job.name = "drake";
-  auto prepared = prepare_job(services, std::move(job), who, abandoned);
+  auto prepared = prepare_job(services, std::move(job), "", who, abandoned);
   if (!prepared) return job_problem(prepared.problem());
   return prepared;
 }

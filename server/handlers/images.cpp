@@ -20,6 +20,7 @@
 #include "server/handlers/own.h"
 #include "server/handlers/picture.h"
 #include "server/http/lane.h"
+#include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
 #include "server/store/image_cache.h"
 
@@ -149,6 +150,10 @@ Response picture_response(Services& services, const Request& request, const JobV
   std::shared_ptr<const Film> film;
   if (!complete) {
     auto found = services.jobs.film(job.id);
+    if (found && !*found) {  // It has been completed, and let go from memory, meanwhile.
+      const auto now = services.jobs.find(job.id);
+      return now ? picture_response(services, request, *now, choice, identity) : problem_response(now.problem());
+    }
     if (!found) return problem_response(found.problem());
     film = *std::move(found);
     if (FileBudget::is_limited() && film->tile_count() > kQuickTiles) throw TooHeavy{};
@@ -170,7 +175,7 @@ Response picture_response(Services& services, const Request& request, const JobV
     return response;
   }
   if (!image && complete) {
-    auto found = services.jobs.film(job.id);
+    auto found = find_film(services, job.id);
     if (!found) return problem_response(found.problem());
     film = *std::move(found);
   }

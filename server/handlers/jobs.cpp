@@ -1,10 +1,14 @@
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "proto/parse.h"
+#include "proto/wire/sha256.h"
 #include "server/config.h"
 #include "server/handlers/handlers.h"
 #include "server/handlers/own.h"
@@ -12,6 +16,7 @@
 #include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
 #include "server/store/blob_store.h"
+#include "server/store/held_files.h"
 #include "server/store/image_cache.h"
 
 namespace tessera::server {
@@ -32,14 +37,56 @@ std::optional<std::size_t> read_limit(const Request& request) {
   return limit;
 }
 
+/// What the Idempotency-Key header says; nothing where there is none (draft-ietf-httpapi-idempotency-key-header).
+proto::Result<std::optional<RetryKey>> read_retry_key(const Request& request) {
+  constexpr std::size_t kLongest = 255;
+  const auto header = request.header("idempotency-key");
+  if (!header) return std::optional<RetryKey>();
+  std::string_view key = *header;
+  if (key.size() >= 2 && key.starts_with('"') && key.ends_with('"')) key = key.substr(1, key.size() - 2);
+  const auto is_printable = [](char c) { return c >= ' ' && c <= '~'; };
+  if (key.empty() || key.size() > kLongest || !std::ranges::all_of(key, is_printable))
+    return proto::Problem{proto::ProblemCode::malformed_request,
+                          "The header Idempotency-Key takes 1 to " + std::to_string(kLongest) +
+                              " printable characters of ASCII, in quotes: a UUID, say.",
+                          {}};
+  return std::optional(RetryKey{request.who.owner + '\n' + std::string(key), proto::content_hash(request.body)});
+}
+
+/// To a request that was sent before, or so it says.
+Response answer_retry(Services& services, const JobTable::Retry& retry) {
+  using proto::ProblemCode;
+  if (retry.is == JobTable::Retry::Is::in_progress)
+    return problem_response(
+        {ProblemCode::request_in_progress, "A request with this Idempotency-Key is still being answered.", {}});
+  if (retry.is == JobTable::Retry::Is::another_request)
+    return problem_response({ProblemCode::idempotency_key_reused,
+                             "This Idempotency-Key came with another document before; give each job its own.",
+                             {}});
+  const auto job = services.jobs.find(retry.job);
+  if (!job) return problem_response(job.problem());
+  Response response = json_response(200, status_json(*job));
+  response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
+  return response;
+}
+
 }  // namespace
 
 Response post_job(Services& services, Request& request) {
-  const OwnFiles files(services, request.who);
+  const auto retry = read_retry_key(request);
+  if (!retry) return problem_response(retry.problem());
+  JobTable::Retry claim{JobTable::Retry::Is::first};
+  if (*retry) claim = services.jobs.claim(**retry);
+  if (claim.is != JobTable::Retry::Is::first) return answer_retry(services, claim);
+  const OwnFiles own(services, request.who);
+  const HeldFiles files(own);
   auto parsed = proto::parse_job(request.body, files, services.config.documents, request.abandoned);
   if (!parsed) return problem_response(parsed.problem());
-  const auto job = prepare_job(services, *std::move(parsed), request.who, request.abandoned);
+  auto job = prepare_job(services, *std::move(parsed), request.body, request.who, request.abandoned);
   if (!job) return problem_response(job.problem());
+  job->retry = *retry;
+  if (const auto problem = keep_scene(services, *job, request.body, request.abandoned))
+    return problem_response(*problem);
   const auto id = start_job(services, *job);
   if (!id) return problem_response(id.problem());
   const auto view = services.jobs.find(*id);

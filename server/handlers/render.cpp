@@ -113,11 +113,19 @@ Problem ended_early(const JobView& job, bool shutting_down) {
   return {ProblemCode::image_not_ready, "The job " + job.id + " was canceled before its image was complete.", {}};
 }
 
-Response accepted(Services& services, const JobView& job, const Preference& preference) {
-  services.jobs.keep(job.id);
+Response accepted(const JobView& job, const Preference& preference) {
   Response response = json_response(202, to_json(status_of(job, Clock::now())));
   response.headers.emplace_back("Preference-Applied", preference.applied());
   return response;
+}
+
+/// Has the job go on when its client doesn't wait any more. False when it has ended meanwhile.
+Result<bool> keep(Services& services, Request& request, const JobView& job) {
+  const auto asset = open_asset(services, request);
+  if (!asset) return asset.problem();
+  const auto draft = draft_job(request, *asset);
+  if (!draft) return draft.problem();
+  return keep_job(services, *asset, *draft, job, request.abandoned);
 }
 
 /// The image, as soon as there is one.
@@ -126,7 +134,11 @@ Response answer(Services& services, Request& request, const Wanted& wanted) {
   if (!job) return render_again(services, request, wanted);  // It has been forgotten meanwhile,
   Response response;
   if (!proto::has_ended(job->state)) {
-    response = accepted(services, *job, wanted.preference);
+    if (services.shutting_down) return problem_response(ended_early(*job, true));
+    const auto kept = keep(services, request, *job);
+    if (!kept) return problem_response(kept.problem());
+    if (!*kept) return answer(services, request, wanted);
+    response = accepted(*job, wanted.preference);
   } else if (job->state != JobState::completed) {
     response = problem_response(ended_early(*job, services.shutting_down));
   } else {

@@ -137,7 +137,7 @@ json stats_json(const JobView& job, unsigned threads) {
       {"skipped",
        {{"tiles", job.plan ? job.plan->tiles_empty : 0},
         {"camera_rays", rays.camera_skipped},
-        {"objects_never_tested", job.tested ? job.tested->unmarked() : 0},
+        {"objects_never_tested", job.tested ? job.tested->unmarked() : job.never_tested},
         {"meshes_never_built", meshes_never_built(job)}}},
       {"timing",
        {{"queued", or_null(lasted(times.queued, times.preparing, last))},

@@ -43,7 +43,7 @@ std::span<const Route> route_table() {
       {"GET", "/v1/jobs", {"after", "limit", "state"}, Body::none, Place::io, list_jobs},
       {"GET", "/v1/jobs/{id}", {}, Body::none, Place::io, show_job},
       {"DELETE", "/v1/jobs/{id}", {}, Body::none, Place::quick, delete_job},
-      {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::io, cancel_job},
+      {"POST", "/v1/jobs/{id}/cancel", {}, Body::none, Place::quick, cancel_job},
       {"GET",
        "/v1/jobs/{id}/image",
        {"aov", "format", "partial", "quality", "subsampling", "exposure", "tone_map", "background", "precision"},

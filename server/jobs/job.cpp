@@ -68,6 +68,11 @@ void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::Job
 
 }  // namespace
 
+Progress::Progress(const JobFigures& figures)
+    : tiles_(figures.tiles), broken_textures_(figures.broken_textures), passes_(figures.passes) {
+  add({figures.rays, figures.tests, figures.samples}, {});
+}
+
 void Progress::add(const Done& done, const Done& before) {
   for (std::size_t i = 0; i < rays_.size(); ++i) rays_[i] += done.rays.*kRays[i] - before.rays.*kRays[i];
   volume_tests_ += done.tests.volume_tests - before.tests.volume_tests;

@@ -23,9 +23,21 @@
 
 namespace tessera::server {
 
+/// What a job has come to, in figures.
+struct JobFigures {
+  RayCounts rays = {};
+  TestCounts tests = {};
+  std::uint64_t samples = 0, tiles = 0, broken_textures = 0;
+  PassReport passes = {};
+};
+
 /// What render threads add to while a job runs, and everyone may read.
 class Progress {
  public:
+  Progress() = default;
+  /// Of a job that has ended, or goes on from there.
+  explicit Progress(const JobFigures& figures);
+
   struct Done {
     RayCounts rays = {};
     TestCounts tests = {};
@@ -52,6 +64,9 @@ class Progress {
   void set_passes(const PassReport& passes);
   PassReport passes() const;
 
+  /// All of that.
+  JobFigures figures() const { return {rays(), tests(), samples(), tiles(), broken_textures(), passes()}; }
+
  private:
   std::array<std::atomic<std::uint64_t>, sizeof(RayCounts) / sizeof(std::uint64_t)> rays_{};  ///< Member by member.
   std::atomic<std::uint64_t> samples_{0}, tiles_{0}, broken_textures_{0};
@@ -75,6 +90,14 @@ struct PlanReport {
 };
 PlanReport report(const Plan& plan, const Scene& scene, const Settings& settings);
 
+/// By what a request is known to be one that was sent before.
+struct RetryKey {
+  std::string key;             ///< The Idempotency-Key header, of whom it is.
+  proto::ContentHash request;  ///< Of the body.
+
+  bool operator==(const RetryKey&) const = default;
+};
+
 /// What a job asked for, settled: never changes.
 struct JobOrder {
   std::string name;
@@ -83,6 +106,9 @@ struct JobOrder {
   Settings settings;
   std::chrono::steady_clock::duration parsing{};  ///< How long its document took to become that.
   std::string owner = {};                         ///< Whose job it is; empty where there are no keys.
+  /// What was asked for, as a job's document that names the scene by its hash: who reads it comes to the same order.
+  std::string document = {};
+  std::optional<RetryKey> retry = {};
 };
 
 /// The structure that a job traces, in figures.
@@ -110,6 +136,7 @@ struct JobView {
   std::string error;                          ///< Why it failed; empty otherwise.
   std::shared_ptr<const PlanReport> plan;     ///< Once it has been made.
   std::shared_ptr<const ObjectMarks> tested;  ///< Together with the plan: the objects that rays have been tested with.
+  std::uint64_t never_tested = 0;             ///< Objects that none has been, where an earlier daemon has counted them.
   std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one; anew at completion.
   proto::ImageState image = proto::ImageState::none;
   std::shared_ptr<const Progress> progress;

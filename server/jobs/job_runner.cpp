@@ -10,18 +10,28 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
+
+#include <spdlog/spdlog.h>
 
 #include "core/film/passes.h"
 #include "core/render/tile_renderer.h"
 #include "server/metrics/metrics.h"
+#include "server/store/tile_log.h"
 
 namespace tessera::server {
 namespace {
 
 /// How long a tile is rendered before others have their turn.
 constexpr std::chrono::milliseconds kTurn{30};
+
+/// Of a job that takes no longer, tiles aren't kept: rendering them again is no loss.
+constexpr std::chrono::seconds kWorthLogging{1};
+
+constexpr std::chrono::milliseconds kTryToKeepAgain{200};
 
 /// Short enough for a string that takes no memory.
 constexpr const char* kOutOfMemory = "out of memory";
@@ -99,9 +109,10 @@ class JobRunner::PausedTiles {
 
 /// A job's work in progress: owned by the units of work that are still to be done, so gone when there are none.
 struct JobRunner::Run {
-  explicit Run(StructureCache& cache) : structures(cache) {}
+  Run(StructureCache& cache, JobTable& table) : structures(cache), jobs(table) {}
   Run(const Run&) = delete;
   ~Run() {
+    if (log && !jobs.goes_on_later(job.id)) log->remove();
     try {
       if (structure) structures.recount(scene_hash, structure);
     } catch (const std::bad_alloc&) {  // The next job with this structure has it counted.
@@ -122,7 +133,12 @@ struct JobRunner::Run {
     return opened.extract(opened.begin());
   }
 
+  Progress::Done done_by(const OpenTile& open) const {
+    return {open.renderer.result().rays, open.renderer.result().tests, open.renderer.samples_done()};
+  }
+
   StructureCache& structures;
+  JobTable& jobs;
   JobTable::Admitted job;
   proto::ContentHash scene_hash;
   std::shared_ptr<const Scene> scene;
@@ -133,6 +149,7 @@ struct JobRunner::Run {
   bool shares_structure = false;               ///< Another job had it built.
   std::shared_ptr<Film> film;
   std::optional<Passes> passes;
+  std::optional<TileLog> log;
   std::chrono::steady_clock::time_point rendering;  ///< Since when.
   // Of the pass at hand:
   std::chrono::steady_clock::time_point pass_begun;
@@ -159,7 +176,7 @@ void JobRunner::guard(const std::string& job, Step step) noexcept {
 void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std::shared_ptr<const Scene> scene,
                       const Camera& camera) {
   guard(job.id, [&] {
-    auto run = std::make_shared<Run>(structures_);
+    auto run = std::make_shared<Run>(structures_, jobs_);
     run->job = job;
     run->scene_hash = order.scene_hash;
     run->scene = std::move(scene);
@@ -218,19 +235,63 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   std::vector<PixelRect> tiles;
   for (const Tile& tile : run->context->plan.tiling.tiles) tiles.push_back(tile.rect);
   const Settings& settings = run->settings;
-  run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, std::move(tiles));
-  run->passes.emplace(settings, is_noiseless(*run->context));
+  run->film = std::make_shared<Film>(settings.width, settings.height, settings.aovs, tiles);
+  run->rendering = clock_();
+  if (files_) run->log.emplace(files_->tiles / run->job.id, settings, std::move(tiles));
+  const std::vector<bool> is_done = go_on(*run);
   run->job.progress->set_passes(run->passes->report());
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
-  run->rendering = clock_();
-  begin_pass(run);
+  begin_pass(run, is_done);
 }
 
-void JobRunner::begin_pass(const std::shared_ptr<Run>& run) {
+std::vector<bool> JobRunner::go_on(Run& run) {
+  auto stored = run.log ? run.log->load() : std::nullopt;
+  if (!stored) {
+    run.passes.emplace(run.settings, is_noiseless(*run.context));
+    return {};
+  }
+  const JobFigures& before = stored->figures;
+  Progress& progress = *run.job.progress;
+  run.passes.emplace(run.settings, is_noiseless(*run.context), stored->current, before.passes);
+  run.rendering -=
+      std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(stored->seconds));
+  progress.add({before.rays, before.tests, before.samples}, {});
+  progress.complete_tiles(before.tiles);
+  for (std::size_t i = 0; i < stored->tiles.size(); ++i) {
+    const std::optional<StoredTile>& tile = stored->tiles[i];
+    if (!tile) continue;
+    run.film->store(i, tile->pixels);
+    run.passes->store(tile->sums);
+    if (!stored->is_done[i]) continue;
+    progress.add(tile->done, {});
+    if (run.passes->is_last_of(tile->pixels.rect)) progress.add_tile();
+  }
+  spdlog::info("job {}: goes on in pass {}", run.job.id, stored->pass + 1);
+  return std::move(stored->is_done);
+}
+
+bool JobRunner::is_worth_logging(const Run& run) const {
+  return run.log && clock_() - run.rendering > kWorthLogging && jobs_.is_written(run.job.id);
+}
+
+void JobRunner::log_pass(Run& run) {
+  if (!run.log) return;
+  const PassReport& report = run.passes->report();
+  if (report.passes > 0 && !is_worth_logging(run)) return run.log->skip();
+  const std::chrono::duration<double> spent = clock_() - run.rendering;
+  JobFigures figures = run.job.progress->figures();
+  figures.passes = report;
+  run.log->begin({report.passes, spent.count(), figures, run.passes->current(), {}, {}}, *run.passes, *run.film);
+}
+
+void JobRunner::begin_pass(const std::shared_ptr<Run>& run, const std::vector<bool>& done_before) {
   const std::vector<Tile>& tiles = run->context->plan.tiling.tiles;
+  if (done_before.empty()) log_pass(*run);
   run->tiles.clear();
   for (std::size_t i = 0; i < tiles.size(); ++i)
-    if (run->passes->current().samples_in(tiles[i].rect) > 0) run->tiles.push_back(i);
+    if (run->passes->current().samples_in(tiles[i].rect) > 0 && (done_before.empty() || !done_before[i]))
+      run->tiles.push_back(i);
+  if (run->tiles.empty()) return end_pass(run);  // It was done when an earlier daemon ended.
   run->tiles_left = run->tiles.size();
   run->pass_begun = std::chrono::steady_clock::now();
   const auto render_it = [this, run](std::size_t index) {
@@ -251,6 +312,8 @@ bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) 
     metrics().tile_time.add(open.spent);
     run->film->store(index, open.renderer.result().pixels);
     run->passes->store(open.renderer.result().sums);
+    if (is_worth_logging(*run))
+      run->log->add(index, open.renderer.result().pixels, open.renderer.result().sums, run->done_by(open));
   }
   open.tell(*run->job.progress);
   if (!is_done) {
@@ -273,7 +336,27 @@ void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
   run->passes.reset();
   run->job.passes_memory.reset();
-  jobs_.complete(run->job.id, run->structure_use());
+  if (!jobs_.complete(run->job.id, run->structure_use()) && files_) keep_image(run);
+}
+
+void JobRunner::keep_image(const std::shared_ptr<Run>& run) {
+  const auto keep_it = [this, run, is_told = false](std::size_t) mutable {
+    const std::string& id = run->job.id;
+    guard(id, [&] {
+      while (jobs_.is_unfinished(id)) {
+        try {
+          const auto film = jobs_.film(id);
+          if (film && *film) files_->images.keep(id, **film);
+          jobs_.complete(id, run->structure_use(), true);
+        } catch (const std::system_error& error) {  // The disk is full, say. It won't be for ever.
+          if (!std::exchange(is_told, true)) spdlog::error("job {}: its image can't be kept yet: {}", id, error.what());
+          std::this_thread::sleep_for(kTryToKeepAgain);
+        }
+      }
+    });
+    return true;
+  };
+  files_->writers.submit(1, keep_it);
 }
 
 }  // namespace tessera::server

@@ -1,18 +1,29 @@
 #include "server/jobs/job_submission.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <variant>
 
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
 #include "core/scene/frame_scene.h"
+#include "proto/wire/abandoned.h"
 #include "server/config.h"
 #include "server/handlers/image_choice.h"
+#include "server/handlers/json_members.h"
 #include "server/http/lane.h"
+#include "server/jobs/job_event.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/quotas.h"
+#include "server/store/image_store.h"
+#include "server/store/journal.h"
 #include "server/store/owners.h"
 #include "server/store/scene_store.h"
 
@@ -69,6 +80,36 @@ std::optional<Problem> refuse_without_format(const Settings& settings) {
   return problem;
 }
 
+/// What the job's document asks for, with all that it leaves to the scene and to the server's limits said.
+std::string order_document(std::string_view document, const proto::JobRequest& job, const proto::ContentHash& scene) {
+  const Settings& settings = job.settings;
+  std::string order = R"({"scene":")" + scene + R"(","image":{"width":)" + std::to_string(settings.width) +
+                      R"(,"height":)" + std::to_string(settings.height) + '}';
+  for (const JsonMember& member : json_members(document)) {
+    if (member.name != "camera" && member.name != "settings" && member.name != "name") continue;
+    std::string value(member.value);
+    if (member.name == "settings" && job.samples_to_the_limit) {
+      auto all = nlohmann::json::parse(value);
+      all["until"]["samples"] = settings.samples;
+      value = all.dump();
+    }
+    order += ",\"" + member.name + "\":" + value;
+  }
+  return order + '}';
+}
+
+/// A job that the table has, as it was prepared when it came.
+proto::Result<PreparedJob> prepare_again(Services& services, const JobOrder& order, const std::stop_token& stop) {
+  const auto job = read_order_document(order.document);
+  if (!job) return job.problem();
+  const auto scene = services.scenes.find(order.scene_hash, stop);
+  if (!scene) return at_scene(scene.problem());
+  const std::optional<Camera>& camera = job->camera ? job->camera : scene->scene->camera;
+  const Camera placed =
+      frame_scene(*scene->scene, order.settings.width, order.settings.height, camera.value_or(kUnplacedCamera));
+  return PreparedJob{order.name, *scene, placed, order.settings, {}, order.parsing, order.document};
+}
+
 }  // namespace
 
 bool may_use_scene(Services& services, const Principal& who, const proto::ContentHash& hash) {
@@ -76,8 +117,8 @@ bool may_use_scene(Services& services, const Principal& who, const proto::Conten
          services.jobs.has_job_of(who.owner, hash);
 }
 
-proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job, const Principal& who,
-                                       const std::stop_token& abandoned) {
+proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job, std::string_view document,
+                                       const Principal& who, const std::stop_token& abandoned) {
   auto scene = scene_of(services, job, who, abandoned);
   if (!scene) return scene.problem();
   if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
@@ -87,13 +128,29 @@ proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job
   const std::optional<Camera>& wanted = job.camera ? job.camera : scene->scene->camera;
   const Camera camera =
       frame_scene(*scene->scene, job.settings.width, job.settings.height, wanted.value_or(kUnplacedCamera));
-  return PreparedJob{std::move(job.name), *std::move(scene), camera, std::move(job.settings), who, {}};
+  std::string order = document.empty() ? "" : order_document(document, job, scene->hash);
+  return PreparedJob{std::move(job.name), *std::move(scene), camera, std::move(job.settings), who, {},
+                     std::move(order)};
+}
+
+std::optional<Problem> keep_scene(Services& services, const PreparedJob& job, std::string_view document,
+                                  const std::stop_token& abandoned) {
+  if (services.scenes.is_kept(job.scene.hash, abandoned)) return std::nullopt;
+  const auto members = json_members(document);
+  const auto scene = std::ranges::find(members, "scene", &JsonMember::name);
+  if (scene != members.end() && scene->value.starts_with('{')) {
+    const auto kept = services.scenes.keep(job.scene, scene->value, abandoned);
+    return kept ? std::nullopt : std::optional(at_scene(kept.problem()));
+  }
+  // It is in memory, for a request that has sent it.
+  return at_scene(no_such_scene(job.scene.hash));
 }
 
 proto::Result<std::string> start_job(Services& services, const PreparedJob& job, bool kept) {
   // Once it is admitted, whatever fails, fails the job.
   const JobOrder order{job.name,     job.scene.hash, job.scene.scene->warnings.size(),
-                       job.settings, job.parsing,    job.who.owner};
+                       job.settings, job.parsing,    job.who.owner,
+                       job.document, job.retry};
   const proto::Key* key = job.who.key.get();
   const std::uint64_t samples = std::uint64_t{job.settings.width} * job.settings.height * job.settings.samples;
   if (key)
@@ -106,6 +163,66 @@ proto::Result<std::string> start_job(Services& services, const PreparedJob& job,
   }
   services.runner.start(*admitted, order, job.scene.scene, job.camera);
   return admitted->id;
+}
+
+std::vector<std::string> restore_jobs(const Journal& journal, const ImageStore& films, SceneStore& scenes,
+                                      JobTable& jobs) {
+  constexpr std::size_t kAtOnce = 1000;
+  std::uint64_t last = 0;
+  for (auto entries = journal.since(last, kAtOnce); !entries.empty(); entries = journal.since(last, kAtOnce)) {
+    for (const JournalEntry& entry : entries) {
+      try {
+        jobs.restore(entry.job, read_event(entry));
+      } catch (const std::exception& error) {
+        spdlog::error("job {}: event {} of the journal is left out: {}", entry.job, entry.seq, error.what());
+      }
+    }
+    last = entries.back().seq;
+  }
+  constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+  for (const JobView& job : jobs.list("", kAll, proto::JobState::completed)) {
+    if (job.image != proto::ImageState::complete || films.has(job.id)) continue;
+    spdlog::error("job {}: its image isn't there any more", job.id);
+    jobs.render_again(job.id, nullptr);
+  }
+  return jobs.queue_again([&](const JobOrder& order) { return scenes.hold(order.scene_hash); });
+}
+
+proto::Result<std::shared_ptr<const Film>> find_film(Services& services, const std::string& id) {
+  auto film = services.jobs.film(id);
+  if (!film || *film) return film;
+  if (FileBudget::is_limited()) throw TooHeavy{};
+  if (auto loaded = services.films.load(id)) {
+    const Pixels& pixels = loaded->pixels();
+    services.jobs.lend(loaded, pixels.color.size() * Pixels::bytes_per_pixel(pixels.aovs()));
+    return loaded;
+  }
+  const auto job = services.jobs.find(id);
+  if (!job) return job.problem();
+  if (!services.jobs.render_again(id, services.scenes.hold(job->order->scene_hash))) return services.jobs.film(id);
+  resume_jobs(services, {id}, {});
+  return Problem{ProblemCode::image_not_ready, "The image turned out to be damaged on disk; it is rendered again.", {}};
+}
+
+void resume_jobs(Services& services, const std::vector<std::string>& ids, const std::stop_token& stop) {
+  for (const std::string& id : ids) {
+    const auto view = services.jobs.find(id);
+    const auto admitted = services.jobs.take_up(id);
+    if (stop.stop_requested()) return;
+    if (!view || !admitted) continue;
+    try {
+      const auto job = prepare_again(services, *view->order, stop);
+      if (job)
+        services.runner.start(*admitted, *view->order, job->scene.scene, job->camera);
+      else
+        services.jobs.fail(id,
+                           job.problem().errors.empty() ? job.problem().detail : job.problem().errors.front().detail);
+    } catch (const proto::Abandoned&) {
+      return;
+    } catch (const std::exception& error) {
+      services.jobs.fail(id, error.what());
+    }
+  }
 }
 
 }  // namespace tessera::server

@@ -1,6 +1,7 @@
 #include "server/jobs/job_table.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdio>
 #include <new>
@@ -39,6 +40,19 @@ bool may_follow(JobState from, JobState to) {
       return true;
   }
   return false;
+}
+
+void check_step(JobState from, JobState to) {
+  if (!may_follow(from, to))
+    throw std::logic_error(std::string(proto::name(from)) + " can't become " + std::string(proto::name(to)));
+}
+
+/// The time that an id begins with.
+std::uint64_t time_of(const std::string& id) {
+  constexpr std::size_t kDigits = 12;
+  std::uint64_t time = 0;
+  std::from_chars(id.data(), id.data() + std::min(kDigits, id.size()), time, 16);
+  return time;
 }
 
 /// Counted as long as it lives, for longer than the table if need be.
@@ -119,43 +133,77 @@ std::uint32_t JobTable::unfinished_of(std::string_view owner) const {
   return count;
 }
 
+JobTable::~JobTable() {
+  if (journal_) journal_->close();
+}
+
+JobTable::Admitted JobTable::admitted(Job& job) const {
+  return {job.view.id, job.stop.get_token(), job.progress,
+          std::make_shared<const PassesMemory>(passes_bytes_, passes_bytes(job.view.order->settings))};
+}
+
 proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::optional<std::uint32_t> most_of_owner,
                                                 std::shared_ptr<const void> needs) {
-  const std::uint64_t image = image_bytes(order.settings), passes = passes_bytes(order.settings);
-  const std::uint64_t film = image + passes;
+  const std::uint64_t film = image_bytes(order.settings) + passes_bytes(order.settings);
+  const std::string owner = order.owner;
+  const JobEvent event{
+      std::chrono::system_clock::now(), {}, JobEvent::Queued{std::make_shared<const JobOrder>(std::move(order))}};
+  Admitted added;
+  Told written;
+  {
+    Aftermath after;
+    const std::lock_guard lock(mutex_);
+    if (auto problem = refusal_of(film)) return *std::move(problem);
+    if (most_of_owner && unfinished_of(owner) >= *most_of_owner)
+      return Problem{
+          ProblemCode::quota_exceeded,
+          "As many of " + owner + "'s jobs haven't ended as this key may have; submit this one when fewer are left.",
+          {}};
+    make_room(film, after);
+    const std::string id = new_id();
+    apply(id, event, after);
+    Job& job = jobs_.find(id)->second;
+    job.kept = kept;
+    job.needs = std::move(needs);
+    try {
+      added = admitted(job);
+      if (kept && journal_) {
+        written = write_and_tell(id, event, Journal::OnFailure::refuse);
+        job.is_written = true;
+      }
+    } catch (const std::bad_alloc&) {
+      end(job, {JobState::canceled}, after);
+      drop(jobs_.find(id), after);
+      throw;
+    }
+  }
+  if (written.valid() && written.get()) {
+    take_back(added.id);
+    return *written.get();
+  }
+  spdlog::info("job {}: queued", added.id);
+  return added;
+}
+
+void JobTable::take_back(const std::string& id) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
-  if (auto problem = refusal_of(film)) return *std::move(problem);
-  if (most_of_owner && unfinished_of(order.owner) >= *most_of_owner)
-    return Problem{ProblemCode::quota_exceeded,
-                   "As many of " + order.owner +
-                       "'s jobs haven't ended as this key may have; submit this one when fewer are left.",
-                   {}};
-  make_room(film, after);
-
-  Job job;
-  job.kept = kept;
-  job.needs = std::move(needs);
-  job.progress = std::make_shared<Progress>();
-  job.film_bytes = image;
-  job.view.id = new_id();
-  job.view.order = std::make_shared<const JobOrder>(std::move(order));
-  job.view.progress = job.progress;
-  job.spare_nodes = {job.view.id, job.view.id};
-  job.view.times.created = std::chrono::system_clock::now();
-  job.view.times.queued = JobTimes::Clock::now();
-  Admitted admitted{job.view.id, job.stop.get_token(), job.progress,
-                    std::make_shared<const PassesMemory>(passes_bytes_, passes)};
-  spdlog::info("job {}: queued", job.view.id);
-  jobs_.emplace(admitted.id, std::move(job));
-  unfinished_bytes_ += image;
-  ++unfinished_;
-  ++by_state_[index_of(JobState::queued)];
-  return admitted;
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return;
+  Job& job = found->second;
+  if (!proto::has_ended(job.view.state)) end(job, {JobState::canceled}, after);
+  drop(found, after);
 }
 
 JobTable::Aftermath::~Aftermath() {
   while (told) std::exchange(told, told->next)->job_has_ended();
+  for (const std::string& job : forgotten) {
+    try {
+      (*forget)(job);
+    } catch (const std::exception& error) {  // The next daemon finds what is left.
+      spdlog::error("job {}: {}", job, error.what());
+    }
+  }
 }
 
 std::shared_ptr<const JobTable::Hold> JobTable::hold(const std::string& id) {
@@ -171,8 +219,10 @@ void JobTable::let_image_go(const std::string& id) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
-  if (found != jobs_.end() && proto::has_ended(found->second.view.state) && found->second.film)
-    drop_film(found->second, after);
+  if (found == jobs_.end() || !proto::has_ended(found->second.view.state)) return;
+  const JobEvent event = now(found->second, JobEvent::ImageGone{});
+  apply(id, event, after);
+  if (found->second.is_written) write(id, event, Journal::OnFailure::retry, false);
 }
 
 void JobTable::let_go(const std::string& id) noexcept {
@@ -181,18 +231,43 @@ void JobTable::let_go(const std::string& id) noexcept {
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return;
   Job& job = found->second;
-  if (--job.holds == 0 && !job.kept) end(job, JobState::canceled, after);
+  if (--job.holds == 0 && !job.kept) finish(job, {JobState::canceled}, after);
 }
 
-void JobTable::keep(const std::string& id) {
+proto::Result<bool> JobTable::keep(const std::string& id) {
+  Told written;
+  {
+    const std::lock_guard lock(mutex_);
+    Job* job = find_unfinished(id);
+    if (!job) return false;
+    if (std::exchange(job->kept, true) || !journal_) return true;
+    // With all that has happened to it, as it would have been written at once.
+    const JobView& view = job->view;
+    const auto since = [&](const JobTimes::Clock::time_point& time) {
+      const auto age = time - view.times.queued;
+      return JobEvent{view.times.created + std::chrono::duration_cast<std::chrono::system_clock::duration>(age), age,
+                      JobEvent::Preparing{}};
+    };
+    const auto write_later = [&](JobEvent event, decltype(JobEvent::what) what) {
+      event.what = std::move(what);
+      write(id, event, Journal::OnFailure::refuse, true);
+    };
+    written = write_and_tell(id, {view.times.created, {}, JobEvent::Queued{view.order}}, Journal::OnFailure::refuse);
+    job->is_written = true;
+    if (view.times.preparing) write_later(since(*view.times.preparing), JobEvent::Preparing{});
+    if (view.plan) write_later(since(*view.times.preparing), JobEvent::Planned{view.plan});
+    if (view.times.rendering) write_later(since(*view.times.rendering), JobEvent::Rendering{view.structure});
+  }
+  if (!written.get()) return true;
   const std::lock_guard lock(mutex_);
-  if (Job* job = find_unfinished(id)) job->kept = true;
+  if (Job* job = find_unfinished(id)) job->kept = job->is_written = false;
+  return *written.get();
 }
 
 bool JobTable::wait(const std::string& id, Waiter& waiter) {
   const std::lock_guard lock(mutex_);
   Job* job = find_unfinished(id);
-  if (!job) return false;
+  if (!job || job->is_suspended) return false;
   waiter.next = std::exchange(job->waiters, &waiter);
   return true;
 }
@@ -209,50 +284,204 @@ bool JobTable::stop_waiting(const std::string& id, Waiter& waiter) {
   return false;
 }
 
-bool JobTable::change_state(Job& job, JobState to) {
-  JobView& view = job.view;
-  if (proto::has_ended(view.state)) return false;
-  if (!may_follow(view.state, to))
-    throw std::logic_error(std::string(proto::name(view.state)) + " can't become " + std::string(proto::name(to)));
-  --by_state_[index_of(view.state)];
-  ++by_state_[index_of(to)];
-  view.state = to;
-  const auto now = JobTimes::Clock::now();
-  if (to == JobState::preparing) {
-    view.times.preparing = now;
-    metrics().queue_wait.add(now - view.times.queued);
-  }
-  if (to == JobState::rendering) view.times.rendering = now;
-  if (proto::has_ended(to)) {
-    view.times.ended = now;
-    metrics().job_ended(to, now - view.times.queued);
-    --unfinished_;
-    job.stop.request_stop();
-    unfinished_bytes_ -= job.film_bytes;
-    if (job.film) ended_bytes_ += job.film_bytes;
-  }
-  spdlog::info("job {}: {}", view.id, proto::name(to));
-  return true;
+void JobTable::set_state(Job& job, JobState state) {
+  --by_state_[index_of(job.view.state)];
+  ++by_state_[index_of(state)];
+  job.view.state = state;
 }
 
-bool JobTable::end(Job& job, JobState to, Aftermath& after) {
-  if (!change_state(job, to)) return false;
-  job.needs.reset();  // At once: who is told of the end may delete it.
-  while (job.waiters) {
-    Waiter& waiter = *std::exchange(job.waiters, job.waiters->next);
-    waiter.next = std::exchange(after.told, &waiter);
+void JobTable::apply_now(const std::string& id, const JobEvent& event, Aftermath& after) {
+  apply(id, event, after);
+  spdlog::info("job {}: {}", id, kind_of(event));
+  if (std::holds_alternative<JobEvent::Preparing>(event.what)) metrics().queue_wait.add(event.age);
+  if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what)) metrics().job_ended(ended->state, event.age);
+}
+
+void JobTable::apply(const std::string& id, const JobEvent& event, Aftermath& after) {
+  if (const auto* queued = std::get_if<JobEvent::Queued>(&event.what)) return begin(id, event, *queued);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return;
+  Job& job = found->second;
+  JobView& view = job.view;
+  if (std::holds_alternative<JobEvent::Removed>(event.what) && proto::has_ended(view.state)) return drop(found, after);
+  if (std::holds_alternative<JobEvent::QueuedAgain>(event.what)) return begin_again(job, after);
+  if (std::holds_alternative<JobEvent::ImageGone>(event.what)) return give_up_image(job, after);
+  if (proto::has_ended(view.state)) return;
+  const auto reach = [&](JobState state) {
+    check_step(view.state, state);
+    set_state(job, state);
+    return view.times.queued + event.age;
+  };
+  if (std::holds_alternative<JobEvent::Preparing>(event.what)) {
+    view.times.preparing = reach(JobState::preparing);
+  } else if (const auto* planned = std::get_if<JobEvent::Planned>(&event.what)) {
+    view.plan = planned->plan;
+  } else if (const auto* rendering = std::get_if<JobEvent::Rendering>(&event.what)) {
+    view.times.rendering = reach(JobState::rendering);
+    view.structure = rendering->structure;
+    view.image = proto::ImageState::partial;
+  } else if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what)) {
+    view.times.ended = reach(ended->state);
+    end(job, *ended, after);
   }
+}
+
+void JobTable::begin(const std::string& id, const JobEvent& event, const JobEvent::Queued& queued) {
+  Job job;
+  job.progress = std::make_shared<Progress>();
+  job.film_bytes = image_bytes(queued.order->settings);
+  job.view.id = id;
+  job.view.order = queued.order;
+  job.view.progress = job.progress;
+  job.spare_nodes = {id, id};
+  job.view.times.created = event.time;
+  // It may lie in the future, where the clock has been set back.
+  const auto ago = std::max(std::chrono::system_clock::now() - event.time, std::chrono::system_clock::duration::zero());
+  job.view.times.queued = JobTimes::Clock::now() - std::chrono::duration_cast<JobTimes::Clock::duration>(ago);
+  const std::uint64_t bytes = job.film_bytes;
+  if (const auto& retry = queued.order->retry) retries_.insert_or_assign(retry->key, id);
+  if (!jobs_.emplace(id, std::move(job)).second) throw std::logic_error("a job was queued twice: " + id);
+  unfinished_bytes_ += bytes;
+  ++unfinished_;
+  ++by_state_[index_of(JobState::queued)];
+}
+
+void JobTable::begin_again(Job& job, Aftermath& after) {
+  JobView& view = job.view;
+  if (proto::has_ended(view.state)) {
+    if (job.film) drop_film(job, after);
+    job.spare_nodes.splice(job.spare_nodes.end(), ended_, job.among_ended);
+    job.stop = std::stop_source();
+    job.ending = {};
+    job.has_image = false;
+    unfinished_bytes_ += job.film_bytes;
+    ++unfinished_;
+  }
+  set_state(job, JobState::queued);
+  JobView again;
+  again.id = view.id;
+  again.order = view.order;
+  again.times.created = view.times.created;
+  again.times.queued = view.times.queued;
+  again.progress = job.progress = std::make_shared<Progress>();
+  view = std::move(again);
+}
+
+void JobTable::give_up_image(Job& job, Aftermath& after) {
+  if (!proto::has_ended(job.view.state) || job.view.image == proto::ImageState::none) return;
+  if (job.film) drop_film(job, after);
+  if (job.has_image) forget_files(job, after);
+  job.has_image = false;
+  job.view.image = proto::ImageState::gone;
+}
+
+void JobTable::forget_files(const Job& job, Aftermath& after) {
+  if (!job.is_written || !forget_) return;
+  after.forget = &forget_;
+  after.forgotten.push_back(job.view.id);
+}
+
+void JobTable::end(Job& job, const JobEvent::Ended& ended, Aftermath& after) {
+  JobView& view = job.view;
+  set_state(job, ended.state);
+  view.error = ended.error;
+  if (ended.structure) view.structure = ended.structure;
+  view.never_tested = ended.never_tested;
+  job.has_image = ended.has_image;
+  if (ended.state == JobState::completed) view.image = proto::ImageState::complete;
+  if (!job.film && !job.has_image && view.image != proto::ImageState::none) view.image = proto::ImageState::gone;
+  --unfinished_;
+  job.stop.request_stop();
+  job.needs.reset();  // At once: who is told of the end may delete it.
+  unfinished_bytes_ -= job.film_bytes;
+  if (job.film) ended_bytes_ += job.film_bytes;
+  tell_waiters(job, after);
   job.among_ended = job.spare_nodes.begin();
   ended_.splice(ended_.end(), job.spare_nodes, job.among_ended);
   if (job.film) {
     job.among_images = job.spare_nodes.begin();
     ended_images_.splice(ended_images_.end(), job.spare_nodes, job.among_images);
   }
+}
+
+void JobTable::tell_waiters(Job& job, Aftermath& after) {
+  while (job.waiters) {
+    Waiter& waiter = *std::exchange(job.waiters, job.waiters->next);
+    waiter.next = std::exchange(after.told, &waiter);
+  }
+}
+
+JobEvent JobTable::now(const Job& job, decltype(JobEvent::what) what) {
+  return {std::chrono::system_clock::now(), JobTimes::Clock::now() - job.view.times.queued, std::move(what)};
+}
+
+void JobTable::write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
+                     const std::function<void(const Outcome&)>& then) {
+  const bool is_removed = std::holds_alternative<JobEvent::Removed>(event.what);
+  journal_->append({id, std::string(kind_of(event)), event.time, [event] { return body_of(event); }, on_failure,
+                    is_awaited, is_removed, then});
+}
+
+JobTable::Told JobTable::write_and_tell(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure,
+                                        const std::function<void(const Outcome&)>& then) {
+  const auto promise = std::make_shared<std::promise<Outcome>>();
+  Told told = promise->get_future().share();
+  write(id, event, on_failure, true, [promise, then, is_told = false](const Outcome& outcome) mutable {
+    if (then) then(outcome);
+    if (!std::exchange(is_told, true)) promise->set_value(outcome);
+  });
+  return told;
+}
+
+bool JobTable::happen(Job& job, decltype(JobEvent::what) what) {
+  Aftermath after;  // Of a step there is none.
+  const JobEvent event = now(job, std::move(what));
+  apply_now(job.view.id, event, after);
+  if (job.is_written) write(job.view.id, event, Journal::OnFailure::retry, false);
+  return true;
+}
+
+bool JobTable::finish(Job& job, JobEvent::Ended how, Aftermath& after) {
+  if (proto::has_ended(job.view.state) || job.ending.valid()) return false;
+  check_step(job.view.state, how.state);
+  how.figures = job.progress->figures();
+  how.tested = job.view.tested;
+  const bool stops = how.state != JobState::completed;
+  const JobEvent event = now(job, std::move(how));
   try {
-    while (ended_.size() > limits_.ended_jobs) drop(jobs_.find(ended_.front()), after);
+    if (job.is_written) {
+      const std::string& id = job.view.id;
+      job.ending = write_and_tell(id, event, Journal::OnFailure::retry,
+                                  [this, id, event](const Outcome& outcome) { has_been_written(id, event, outcome); });
+      if (stops) job.stop.request_stop();
+      return true;
+    }
+  } catch (const std::bad_alloc&) {  // Then the next daemon does it again.
+  }
+  apply_now(job.view.id, event, after);
+  forget_oldest(after);
+  return true;
+}
+
+void JobTable::has_been_written(const std::string& id, const JobEvent& end, const Outcome& outcome) {
+  // Who cancels a job wants the work to stop, written down or not.
+  if (outcome && std::get<JobEvent::Ended>(end.what).state != JobState::canceled) return;
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  apply_now(id, end, after);
+  forget_oldest(after);
+}
+
+void JobTable::forget_oldest(Aftermath& after) {
+  try {
+    while (ended_.size() > limits_.ended_jobs) {
+      const auto oldest = jobs_.find(ended_.front());
+      if (oldest->second.is_written)
+        write(oldest->first, now(oldest->second, JobEvent::Removed{}), Journal::OnFailure::retry, false);
+      drop(oldest, after);
+    }
   } catch (const std::bad_alloc&) {  // The next job that ends makes up for it.
   }
-  return true;
 }
 
 void JobTable::drop_film(Job& job, Aftermath& after) {
@@ -263,13 +492,15 @@ void JobTable::drop_film(Job& job, Aftermath& after) {
   }
   job.film.reset();
   ended_bytes_ -= job.film_bytes;
-  ended_images_.erase(job.among_images);
-  job.view.image = proto::ImageState::gone;
+  job.spare_nodes.splice(job.spare_nodes.end(), ended_images_, job.among_images);
+  if (!job.has_image) job.view.image = proto::ImageState::gone;
 }
 
 void JobTable::drop(Jobs::iterator ended, Aftermath& after) {
   Job& job = ended->second;
   if (job.film) drop_film(job, after);
+  forget_files(job, after);
+  if (const auto& retry = job.view.order->retry) retries_.erase(retry->key);
   --by_state_[index_of(job.view.state)];
   ended_.erase(job.among_ended);
   jobs_.erase(ended);
@@ -280,83 +511,102 @@ JobTable::Job* JobTable::find_unfinished(const std::string& id) {
   return found == jobs_.end() || proto::has_ended(found->second.view.state) ? nullptr : &found->second;
 }
 
-bool JobTable::is_unfinished(const std::string& id) const {
+JobTable::Job* JobTable::find_at_work(const std::string& id) {
+  Job* job = find_unfinished(id);
+  return job && !job->ending.valid() && !job->is_suspended ? job : nullptr;
+}
+
+bool JobTable::is_unfinished(const std::string& id) {
   const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(id);
-  return found != jobs_.end() && !proto::has_ended(found->second.view.state);
+  return find_at_work(id) != nullptr;
 }
 
 bool JobTable::start_preparing(const std::string& id) {
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
-  return job && change_state(*job, JobState::preparing);
+  Job* job = find_at_work(id);
+  return job && happen(*job, JobEvent::Preparing{});
 }
 
 bool JobTable::set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
                         std::shared_ptr<const ObjectMarks> tested) {
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
+  Job* job = find_at_work(id);
   if (!job) return false;
-  job->view.plan = std::move(plan);
   job->view.tested = std::move(tested);
-  return true;
+  return happen(*job, JobEvent::Planned{std::move(plan)});
 }
 
 bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse> structure,
                                std::shared_ptr<const Film> film) {
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
+  Job* job = find_at_work(id);
   if (!job) return false;
-  job->view.structure = structure;
   job->film = std::move(film);
-  job->view.image = proto::ImageState::partial;
-  return change_state(*job, JobState::rendering);
+  return happen(*job, JobEvent::Rendering{std::move(structure)});
 }
 
-bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure) {
+bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure, bool has_image) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
-  if (!job) return false;
-  if (structure) job->view.structure = structure;
-  if (!end(*job, JobState::completed, after)) return false;
-  job->view.image = proto::ImageState::complete;
-  return true;
+  Job* job = find_at_work(id);
+  if (job && job->is_written && forget_ && !has_image) return false;
+  return job && finish(*job, {JobState::completed, "", std::move(structure), has_image}, after);
 }
 
 bool JobTable::fail(const std::string& id, std::string why) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
+  Job* job = find_at_work(id);
   if (!job) return false;
   spdlog::error("job {}: {}", id, why);
-  job->view.error = std::move(why);
-  return end(*job, JobState::failed, after);
+  return finish(*job, {JobState::failed, std::move(why)}, after);
 }
 
 proto::Result<JobView> JobTable::cancel(const std::string& id) {
-  Aftermath after;
-  const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(id);
-  if (found == jobs_.end()) return no_such_job();
-  if (!end(found->second, JobState::canceled, after))
-    return Problem{ProblemCode::job_already_ended,
-                   "The job is " + std::string(proto::name(found->second.view.state)) + "; there is nothing to cancel.",
-                   {}};
-  return found->second.view;
+  Told written;
+  bool is_mine = false;
+  {
+    Aftermath after;
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end()) return no_such_job();
+    is_mine = finish(found->second, {JobState::canceled}, after);
+    if (!proto::has_ended(found->second.view.state)) written = found->second.ending;
+  }
+  const Outcome outcome = written.valid() ? written.get() : std::nullopt;
+  if (is_mine && outcome) return *outcome;
+  const auto view = find(id);
+  if (is_mine || !view) return view;
+  return Problem{ProblemCode::job_already_ended,
+                 "The job is " + std::string(proto::name(view->state)) + "; there is nothing to cancel.",
+                 {}};
 }
 
 std::optional<Problem> JobTable::remove(const std::string& id) {
-  Aftermath after;
-  const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(id);
-  if (found == jobs_.end()) return no_such_job();
-  if (!proto::has_ended(found->second.view.state))
-    return Problem{ProblemCode::job_still_active,
-                   "The job is " + std::string(proto::name(found->second.view.state)) + "; cancel it first.",
-                   {}};
-  drop(found, after);
-  return std::nullopt;
+  Told written;
+  {
+    Aftermath after;
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end()) return no_such_job();
+    const Job& job = found->second;
+    if (!proto::has_ended(job.view.state))
+      return Problem{ProblemCode::job_still_active,
+                     "The job is " + std::string(proto::name(job.view.state)) + "; cancel it first.",
+                     {}};
+    const JobEvent event = now(job, JobEvent::Removed{});
+    if (!job.is_written) {
+      apply(id, event, after);
+      return std::nullopt;
+    }
+    written = write_and_tell(id, event, Journal::OnFailure::refuse, [this, id, event](const Outcome& outcome) {
+      if (outcome) return;
+      Aftermath its_after;
+      const std::lock_guard its_lock(mutex_);
+      apply(id, event, its_after);
+    });
+  }
+  return written.get();
 }
 
 proto::Result<JobView> JobTable::find(const std::string& id) const {
@@ -371,7 +621,7 @@ proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id)
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return no_such_job();
   const Job& job = found->second;
-  if (job.film) return job.film;
+  if (job.film || job.has_image) return job.film;
   if (job.view.image == proto::ImageState::gone)
     return Problem{
         ProblemCode::image_gone,
@@ -381,6 +631,59 @@ proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id)
   return Problem{ProblemCode::image_not_ready,
                  "The job is " + std::string(proto::name(job.view.state)) + "; there is nothing of its image.",
                  {}};
+}
+
+bool JobTable::is_written(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  return found != jobs_.end() && found->second.is_written;
+}
+
+bool JobTable::goes_on_later(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  return found != jobs_.end() && found->second.is_suspended;
+}
+
+void JobTable::lend(const std::shared_ptr<const Film>& film, std::uint64_t bytes) {
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  make_room(bytes, after);
+  leaving_.emplace_back(film, bytes);
+}
+
+bool JobTable::render_again(const std::string& id, std::shared_ptr<const void> needs) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end() || found->second.view.state != JobState::completed || !found->second.has_image)
+      return false;
+    if (!found->second.view.order->settings.seconds) {
+      found->second.needs = std::move(needs);
+      return happen(found->second, JobEvent::QueuedAgain{});
+    }
+  }
+  let_image_go(id);
+  return false;
+}
+
+JobTable::Retry JobTable::claim(const RetryKey& key) {
+  const std::lock_guard lock(mutex_);
+  if (const auto known = retries_.find(key.key); known != retries_.end()) {
+    const Job& job = jobs_.find(known->second)->second;
+    if (job.view.order->retry != key) return {Retry::Is::another_request};
+    // Until it is there for good, whoever sent it first may yet be told that it was refused.
+    return claimed_.contains(key.key) ? Retry{Retry::Is::in_progress} : Retry{Retry::Is::known, known->second};
+  }
+  if (!claimed_.insert(key.key).second) return {Retry::Is::in_progress};
+  const auto give_back = [this](const std::string* claimed) {
+    {
+      const std::lock_guard its_lock(mutex_);
+      claimed_.erase(*claimed);
+    }
+    delete claimed;
+  };
+  return {Retry::Is::first, "", std::shared_ptr<const std::string>(new std::string(key.key), give_back)};
 }
 
 JobTable::CopyRoom::CopyRoom(JobTable& table, std::uint64_t bytes, const std::stop_token& unwanted)
@@ -437,7 +740,53 @@ void JobTable::shut_down() {
   Aftermath after;
   const std::lock_guard lock(mutex_);
   closed_ = true;
-  for (auto& [id, job] : jobs_) end(job, JobState::canceled, after);  // The job at hand isn't what is forgotten.
+  for (auto& [id, job] : jobs_) {
+    if (proto::has_ended(job.view.state) || job.ending.valid()) continue;
+    if (job.is_written) {
+      job.is_suspended = true;
+      job.stop.request_stop();
+      tell_waiters(job, after);
+    } else {
+      apply_now(id, now(job, JobEvent::Ended{JobState::canceled}), after);
+    }
+  }
+  forget_oldest(after);
+}
+
+void JobTable::restore(const std::string& id, const JobEvent& event) {
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what); ended && found != jobs_.end()) {
+    Job& job = found->second;
+    job.view.progress = job.progress = std::make_shared<Progress>(ended->figures);
+  }
+  apply(id, event, after);
+  if (!std::holds_alternative<JobEvent::Queued>(event.what)) return;
+  jobs_.find(id)->second.is_written = true;
+  last_time_ = std::max(last_time_, time_of(id));
+}
+
+std::vector<std::string> JobTable::queue_again(
+    const std::function<std::shared_ptr<const void>(const JobOrder& order)>& needs) {
+  std::vector<std::string> ids;
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, job] : jobs_) {
+    if (proto::has_ended(job.view.state)) continue;
+    job.needs = needs(*job.view.order);
+    happen(job, JobEvent::QueuedAgain{});
+    ids.push_back(id);
+  }
+  forget_oldest(after);
+  return ids;
+}
+
+std::optional<JobTable::Admitted> JobTable::take_up(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  Job* job = find_at_work(id);
+  if (!job) return std::nullopt;
+  return admitted(*job);
 }
 
 }  // namespace tessera::server

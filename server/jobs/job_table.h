@@ -5,11 +5,14 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
+#include <future>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -19,6 +22,8 @@
 #include "core/film/film.h"
 #include "proto/wire/result.h"
 #include "server/jobs/job.h"
+#include "server/jobs/job_event.h"
+#include "server/store/journal.h"
 
 namespace tessera::server {
 
@@ -30,8 +35,13 @@ proto::Problem no_such_job();
 /// deleted, or more jobs have ended since than are kept; their images also give way to those of new jobs, the one that
 /// ended first before the others. Safe to call from any number of threads.
 ///
-/// Its mutex is held while no other part is called, but for the log, and the table of files that jobs need, whose own
-/// are held for a moment and never while anything is waited for (server/README.md, "Threads").
+/// It is a fold over events: one function changes what a job is, for an event that has just happened and for one that
+/// an earlier daemon has written into the journal alike. Jobs that are kept are written down: they are queued, have
+/// ended or are gone for those who ask once that has been, so that nothing that a client was told is taken back by a
+/// crash.
+///
+/// Its mutex is held while no other part is called, but for the log, the journal's queue, and the table of files that
+/// jobs need, whose own are held for a moment and never while anything is waited for (server/README.md, "Threads").
 class JobTable {
  public:
   struct Limits {
@@ -39,7 +49,13 @@ class JobTable {
     std::uint32_t ended_jobs;  ///< At least 1; when one more ends, the one that ended first is forgotten.
     std::uint64_t film_bytes;  ///< Of all images that there are, or will be of jobs that haven't ended.
   };
-  explicit JobTable(Limits limits) : limits_(limits) {}
+  /// With a journal, jobs that are kept are written into it; it is closed at the end. `forget` is there where
+  /// files of jobs are kept, and is called without any lock for one whose image isn't needed any more.
+  explicit JobTable(Limits limits, Journal* journal = nullptr,
+                    std::function<void(const std::string& id)> forget = nullptr)
+      : journal_(journal), forget_(std::move(forget)), limits_(limits) {}
+  ~JobTable();
+  JobTable(const JobTable&) = delete;
 
   /// How a job that has been admitted is worked on.
   struct Admitted {
@@ -52,7 +68,9 @@ class JobTable {
 
   /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
   /// memory for its image, `shutting_down`; `quota_exceeded` where the order's owner has `most_of_owner` jobs that
-  /// haven't ended. One that isn't `kept` ends when nobody holds it any more. What it `needs` is let go when it ends.
+  /// haven't ended. What it `needs` is let go when it ends. One that isn't `kept` ends when nobody holds it any more.
+  /// One that is waits to be written down, and is refused when it can't be: `insufficient_storage`,
+  /// `storage_unavailable`.
   proto::Result<Admitted> add(JobOrder order, bool kept = true,
                               std::optional<std::uint32_t> most_of_owner = std::nullopt,
                               std::shared_ptr<const void> needs = nullptr);
@@ -71,8 +89,9 @@ class JobTable {
   };
   /// Null for an unknown id.
   std::shared_ptr<const Hold> hold(const std::string& id);
-  /// From now on the job goes on whoever lets it go.
-  void keep(const std::string& id);
+  /// From now on the job goes on whoever lets it go, and is written down: it waits for that. False when the job has
+  /// ended; refused like one that is added, and then it isn't kept.
+  proto::Result<bool> keep(const std::string& id);
 
   /// Who waits for the end of a job.
   struct Waiter {
@@ -84,7 +103,7 @@ class JobTable {
     ~Waiter() = default;
   };
   /// From now on `waiter` waits, and lives until it has been told. False, and it doesn't wait, when the job has ended
-  /// or isn't there. Takes no memory.
+  /// or isn't there, or won't end before this daemon does. Takes no memory.
   bool wait(const std::string& id, Waiter& waiter);
   /// `waiter` waits no longer; false when it has been told meanwhile, or is being told.
   bool stop_waiting(const std::string& id, Waiter& waiter);
@@ -95,28 +114,41 @@ class JobTable {
 
   /// Steps of a job's work. False, and nothing is changed, when it has ended or been deleted meanwhile: there is
   /// nothing left to do for it.
-  bool is_unfinished(const std::string& id) const;
+  bool is_unfinished(const std::string& id);
   bool start_preparing(const std::string& id);
   bool set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
                 std::shared_ptr<const ObjectMarks> tested);
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
-  /// `structure` is what it has come to be by the end.
-  bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt);
+  /// `structure` is what it has come to be by the end; `has_image` when the image is on disk, which that of a job that
+  /// is written down has to be, where files are kept: false. Such a job completes a moment later.
+  bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt, bool has_image = false);
   /// Takes no memory.
   bool fail(const std::string& id, std::string why);
 
-  /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays.
+  /// Ends a job early: `not_found` or `job_already_ended` when that can't be. What it has rendered stays. Waits for
+  /// that to be written down; `insufficient_storage` or `storage_unavailable` when it can't be yet, though the job has
+  /// ended.
   proto::Result<JobView> cancel(const std::string& id);
 
-  /// Forgets a job that has ended, or says why not.
+  /// Forgets a job that has ended, or says why not. Waits for that to be written down.
   std::optional<proto::Problem> remove(const std::string& id);
 
   /// `not_found` for an unknown id.
   proto::Result<JobView> find(const std::string& id) const;
 
-  /// What there is of a job's image, for as long as the caller wants it. `image_gone` when it gave way,
-  /// `image_not_ready` when there is nothing of it, `not_found` for an unknown id.
+  /// Whether a job is in the journal.
+  bool is_written(const std::string& id) const;
+  /// Whether the next daemon will work on it.
+  bool goes_on_later(const std::string& id) const;
+
+  /// What there is of a job's image, for as long as the caller wants it; null when it is on disk alone. `image_gone`
+  /// when it gave way, `image_not_ready` when there is nothing of it, `not_found` for an unknown id.
   proto::Result<std::shared_ptr<const Film>> film(const std::string& id) const;
+  /// Counts an image that was read from the disk, as long as somebody has it.
+  void lend(const std::shared_ptr<const Film>& film, std::uint64_t bytes);
+  /// The image of a job that has completed isn't on disk as it was written: it is to be rendered again, which `needs`
+  /// this. False for one that wouldn't be the same; its image is gone.
+  bool render_again(const std::string& id, std::shared_ptr<const void> needs);
 
   /// Memory for a copy of an image, counted with the images as long as this lives. Waits while there is no room for it
   /// and another copy is there, so that one always can be; throws `Abandoned` once `unwanted` is requested meanwhile.
@@ -132,8 +164,17 @@ class JobTable {
     std::uint64_t bytes_;
   };
 
-  /// Has the image of a job that has ended give way at once: nobody will want it again.
+  /// Has the image of a job that has ended give way at once, on disk as well: nobody will want it again.
   void let_image_go(const std::string& id);
+
+  /// A request that may have been sent before.
+  struct Retry {
+    enum class Is { first, in_progress, another_request, known } is;
+    std::string job = {};  ///< Where it is known.
+    /// Where it is the first: as long as this lives, others are told that it is in progress.
+    std::shared_ptr<const void> claim = {};
+  };
+  Retry claim(const RetryKey& key);
 
   /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given, and of `owner` if given.
   std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state,
@@ -159,14 +200,30 @@ class JobTable {
   /// Admits no more jobs.
   void close();
 
-  /// Admits no more jobs, and ends all that haven't ended, for the process does: nobody canceled them.
+  /// Admits no more jobs and has work on those stop that haven't ended: those that are written down go on when the next
+  /// daemon starts, the others are canceled.
   void shut_down();
 
+  /// What happened to a job before this daemon started; in the order in which it did, before anything else is asked.
+  void restore(const std::string& id, const JobEvent& event);
+  /// After that: queues those again that hadn't ended, each with what it `needs`, and says which those are, in the
+  /// order in which they came. `needs` is called with the mutex held.
+  std::vector<std::string> queue_again(const std::function<std::shared_ptr<const void>(const JobOrder& order)>& needs);
+  /// To work on such a job; nothing when it has ended meanwhile.
+  std::optional<Admitted> take_up(const std::string& id);
+
  private:
+  using Outcome = std::optional<proto::Problem>;
+  using Told = std::shared_future<Outcome>;
+
   struct Job {
     JobView view;
     bool kept = true;
     std::shared_ptr<const void> needs;  ///< Until it ends.
+    bool is_written = false;            ///< In the journal.
+    bool is_suspended = false;          ///< No work is done on it: the next daemon goes on.
+    bool has_image = false;             ///< On disk.
+    Told ending;                        ///< Once its end waits to be written; it tells what became of that.
     std::uint32_t holds = 0;
     Waiter* waiters = nullptr;  ///< A list through `next`.
     std::shared_ptr<Progress> progress;
@@ -186,15 +243,48 @@ class JobTable {
     Aftermath(const Aftermath&) = delete;
     ~Aftermath();
     std::list<FilmPtr> films;
+    std::list<std::string> forgotten;
+    const std::function<void(const std::string&)>* forget = nullptr;
     Waiter* told = nullptr;
   };
 
   std::string new_id();
   std::uint32_t unfinished_of(std::string_view owner) const;
-  /// The one function that changes states. Nothing happens when the job has ended.
-  bool change_state(Job& job, proto::JobState to);
-  /// Changes to a state that is an end, and forgets the oldest ended job if there are too many.
-  bool end(Job& job, proto::JobState to, Aftermath& after);
+  Admitted admitted(Job& job) const;
+
+  // What has happened:
+
+  /// The one function that changes what a job is. Nothing happens to one that has ended but that it is removed. Takes
+  /// no memory but for a job that is queued.
+  void apply(const std::string& id, const JobEvent& event, Aftermath& after);
+  /// The same for what happens now: it is logged and counted.
+  void apply_now(const std::string& id, const JobEvent& event, Aftermath& after);
+  void set_state(Job& job, proto::JobState state);
+  void begin(const std::string& id, const JobEvent& event, const JobEvent::Queued& queued);
+  void end(Job& job, const JobEvent::Ended& ended, Aftermath& after);
+  void begin_again(Job& job, Aftermath& after);
+  void give_up_image(Job& job, Aftermath& after);
+  void forget_files(const Job& job, Aftermath& after);
+  static void tell_waiters(Job& job, Aftermath& after);
+
+  // What happens:
+
+  static JobEvent now(const Job& job, decltype(JobEvent::what) what);
+  /// Has an event written down; `then` is called after each try.
+  void write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
+             const std::function<void(const Outcome&)>& then = nullptr);
+  /// The same, to wait for the first try.
+  Told write_and_tell(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure,
+                      const std::function<void(const Outcome&)>& then = nullptr);
+  /// A step of a job's work.
+  bool happen(Job& job, decltype(JobEvent::what) what);
+  /// A job's end, at once, or when it has been written down. False when it has ended, or is about to.
+  bool finish(Job& job, JobEvent::Ended how, Aftermath& after);
+  void has_been_written(const std::string& id, const JobEvent& end, const Outcome& outcome);
+  /// A job that couldn't be written down was never there.
+  void take_back(const std::string& id);
+  /// Forgets those that ended first, if there are too many.
+  void forget_oldest(Aftermath& after);
   /// Forgets a job that has ended.
   void drop(Jobs::iterator ended, Aftermath& after);
   /// Drops the film of a job that has ended and has one.
@@ -208,8 +298,12 @@ class JobTable {
   /// Bytes that can't give way: of films of jobs that haven't ended, and of all passes.
   std::uint64_t taken() const { return unfinished_bytes_ + *passes_bytes_; }
   Job* find_unfinished(const std::string& id);
+  /// One that is worked on.
+  Job* find_at_work(const std::string& id);
   void let_go(const std::string& id) noexcept;
 
+  Journal* const journal_;
+  const std::function<void(const std::string&)> forget_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   Limits limits_;
   Jobs jobs_;                            ///< Ids grow, so this is the order of arrival.
@@ -221,6 +315,8 @@ class JobTable {
   const std::shared_ptr<std::atomic<std::uint64_t>> passes_bytes_ = std::make_shared<std::atomic<std::uint64_t>>(0);
   std::uint64_t copies_bytes_ = 0;
   std::condition_variable_any copy_gone_;
+  std::map<std::string, std::string> retries_;  ///< Ids of jobs by the keys that they were sent with.
+  std::set<std::string> claimed_;               ///< Keys of requests in progress.
   std::uint32_t unfinished_ = 0;
   std::array<std::uint32_t, 6> by_state_{};  ///< Jobs, indexed by `JobState`.
   std::uint64_t last_time_ = 0;

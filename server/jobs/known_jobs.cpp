@@ -1,12 +1,16 @@
 #include "server/jobs/known_jobs.h"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "proto/parse.h"
 #include "server/config.h"
+#include "server/handlers/json_members.h"
 #include "server/jobs/job_submission.h"
+#include "server/store/blob_store.h"
 #include "server/store/scene_store.h"
 
 namespace tessera::server {
@@ -38,9 +42,38 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
   auto job = proto::parse_job(document, *asset.files, limits, abandoned);
   if (!job) return job_problem(job.problem(), asset);
   if (scene) job->scene = *std::move(scene);
-  auto prepared = prepare_job(services, *std::move(job), who, abandoned);
+  auto prepared = prepare_job(services, *std::move(job), document, who, abandoned);
   if (!prepared) return job_problem(prepared.problem(), asset);
   return prepared;
+}
+
+/// Has the scene of a draft outlive its request.
+std::optional<proto::Problem> keep_scene_of(Services& services, const Asset& asset, const JobDraft& draft,
+                                            const proto::ContentHash& hash, const std::stop_token& abandoned) {
+  if (services.scenes.is_kept(hash, abandoned)) return std::nullopt;
+  const auto held = asset.files->keep_all(services.blobs, abandoned);
+  if (!held) return held.problem();
+  std::string_view document = draft.scene;
+  const auto members = json_members(draft.job);
+  if (asset.kind == AssetKind::job_document) {
+    const auto scene = std::ranges::find(members, "scene", &JsonMember::name);
+    if (scene == members.end() || !scene->value.starts_with('{'))
+      return proto::Problem{proto::ProblemCode::invalid_document,
+                            "The scene that this job names can't be used.",
+                            {{"/scene", "There is no scene " + hash + "; POST it to /v1/scenes."}}};
+    document = scene->value;
+  }
+  if (!draft.names_paths) {
+    const auto kept = services.scenes.keep({nullptr, hash}, document, abandoned);
+    return kept ? std::nullopt : std::optional(kept.problem());
+  }
+  const auto parsed = proto::parse_scene(document, *asset.files, services.config.documents, abandoned);
+  if (!parsed) return scene_problem(parsed.problem(), asset);
+  if (parsed->hash != hash)
+    return proto::Problem{
+        proto::ProblemCode::invalid_document, "Files that the scene names have changed; send it again.", {}};
+  const auto kept = services.scenes.keep(*parsed, document, abandoned);
+  return kept ? std::nullopt : std::optional(kept.problem());
 }
 
 }  // namespace
@@ -78,6 +111,13 @@ Result<HeldJob> find_or_start(Services& services, const Asset& asset, const JobD
     return prepare(services, asset, draft, who, unwanted);
   };
   return find_or_start(services, draft.key, !draft.names_paths, prepare_it, who, is_of_use, abandoned);
+}
+
+Result<bool> keep_job(Services& services, const Asset& asset, const JobDraft& draft, const JobView& job,
+                      const std::stop_token& abandoned) {
+  if (auto problem = keep_scene_of(services, asset, draft, job.order->scene_hash, abandoned))
+    return *std::move(problem);
+  return services.jobs.keep(job.id);
 }
 
 }  // namespace tessera::server

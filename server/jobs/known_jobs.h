@@ -47,4 +47,8 @@ proto::Result<HeldJob> find_or_start(Services& services, const Asset& asset, con
                                      const Principal& who, const std::function<bool(const JobView&)>& is_of_use,
                                      const std::stop_token& abandoned);
 
+/// Keeps a job that was started for a draft (`JobTable::keep`), with all that it takes to do it again.
+proto::Result<bool> keep_job(Services& services, const Asset& asset, const JobDraft& draft, const JobView& job,
+                             const std::stop_token& abandoned);
+
 }  // namespace tessera::server

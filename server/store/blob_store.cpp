@@ -1,7 +1,11 @@
 #include "server/store/blob_store.h"
 
 #include <algorithm>
+#include <fstream>
+#include <span>
+#include <vector>
 
+#include "proto/wire/abandoned.h"
 #include "server/http/lane.h"
 #include "server/store/file_hash.h"
 
@@ -11,6 +15,8 @@ using proto::Problem;
 using proto::ProblemCode;
 
 namespace {
+
+constexpr std::size_t kCopiedBytes = 256 << 10;
 
 Problem refused(std::string detail) { return {ProblemCode::invalid_document, std::move(detail), {}}; }
 
@@ -52,6 +58,25 @@ proto::Result<BlobStore::Put> BlobStore::put(const proto::ContentHash& hash, Rec
                        "; send the file whose hash is in the path, or correct the path.",
                    {}};
   return shelf_.keep(hash_digits(hash), file, abandoned) ? Put::known : Put::created;
+}
+
+proto::Result<proto::SourceFile> BlobStore::capture(const proto::SourceFile& file,
+                                                    const std::stop_token& abandoned) const {
+  const std::string name = hash_digits(file.hash);
+  auto hold = shelf_.hold(name);
+  if (shelf_.find(name, abandoned).state != Shelf::State::whole) {
+    FileBudget::spend(fs::file_size(file.path));
+    std::ifstream from(file.path, std::ios::binary);
+    ReceivedFile copy(folder_);
+    std::vector<char> piece(kCopiedBytes);
+    while (from.read(piece.data(), static_cast<std::streamsize>(piece.size())), from.gcount() > 0) {
+      proto::throw_if_abandoned(abandoned);
+      copy.write(std::as_bytes(std::span(piece.data(), static_cast<std::size_t>(from.gcount()))));
+    }
+    if (copy.finish() != file.hash) return refused("A file changed while it was read; send the scene again.");
+    shelf_.keep(name, copy, abandoned);
+  }
+  return proto::SourceFile{shelf_.path_of(name), file.hash, std::move(hold)};
 }
 
 proto::Result<proto::SourceFile> BlobStore::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stop_token>
 
 #include "proto/file_source.h"
 #include "server/store/received_file.h"
@@ -30,6 +31,10 @@ class BlobStore : public proto::FileSource {
   /// Keeps a received file as `hash`, or refuses with `hash_mismatch`. Throws `Abandoned` once that is requested, and
   /// the blob may have been kept.
   proto::Result<Put> put(const proto::ContentHash& hash, ReceivedFile& file, const std::stop_token& abandoned = {});
+
+  /// Keeps a file that lies elsewhere as a blob, too, and holds that; the problem, when it isn't any more what it was.
+  /// Throws as `put` does.
+  proto::Result<proto::SourceFile> capture(const proto::SourceFile& file, const std::stop_token& abandoned) const;
 
   /// Throws `Abandoned` when it is stopped.
   proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash,

@@ -16,11 +16,15 @@ class DataFolder {
   const std::filesystem::path& blobs() const { return blobs_; }
   const std::filesystem::path& scenes() const { return scenes_; }
   const std::filesystem::path& owners() const { return owners_; }
+  const std::filesystem::path& images() const { return images_; }
+  /// These needn't exist.
+  const std::filesystem::path& tiles() const { return tiles_; }
   /// Where damaged files go (`set_aside`).
   const std::filesystem::path& set_aside() const { return set_aside_; }
+  const std::filesystem::path& journal() const { return journal_; }
 
  private:
-  std::filesystem::path blobs_, scenes_, owners_, set_aside_;
+  std::filesystem::path blobs_, scenes_, owners_, images_, tiles_, set_aside_, journal_;
   FileDescriptor lock_;
 };
 

@@ -246,6 +246,9 @@ void Journal::write_on() {
     if (batch.empty()) continue;
     lock.unlock();
     const auto problem = write(batch);
+    lock.lock();
+    trouble_ = problem;
+    lock.unlock();
     for (const Waiting& waiting : batch)
       if (waiting.entry.done) waiting.entry.done(problem);
     if (problem)
@@ -253,7 +256,6 @@ void Journal::write_on() {
     else
       batch.clear();
     lock.lock();
-    trouble_ = problem;
     if (batch.empty()) continue;
     waiting_.insert(waiting_.begin(), std::make_move_iterator(batch.begin()), std::make_move_iterator(batch.end()));
     const auto again = Clock::now() + kTryToWriteAgain;

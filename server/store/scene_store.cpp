@@ -15,6 +15,7 @@
 #include "server/http/lane.h"
 #include "server/store/blob_store.h"
 #include "server/store/file_descriptor.h"
+#include "server/store/held_files.h"
 #include "server/store/received_file.h"
 #include "server/store/scene_file.h"
 #include "server/store/storage_error.h"
@@ -36,25 +37,6 @@ namespace {
 /// Of hashes.
 constexpr std::uint64_t kMostDocuments = 4 << 20;
 
-/// The same files, none of which goes as long as this lives once it has been asked for.
-class HeldFiles : public proto::FileSource {
- public:
-  explicit HeldFiles(const proto::FileSource& files) : files_(files) {}
-
-  Result<proto::SourceFile> blob(const ContentHash& hash, const std::stop_token& stop) const override {
-    auto file = files_.blob(hash, stop);
-    if (file) held_.push_back(file->hold);
-    return file;
-  }
-  Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override {
-    return files_.asset(relative_path, stop);
-  }
-
- private:
-  const proto::FileSource& files_;
-  mutable std::vector<std::shared_ptr<const void>> held_;
-};
-
 Problem no_scene(const ContentHash& hash, Shelf::State state) {
   if (state == Shelf::State::expired)
     return {ProblemCode::gone, "The scene " + hash + " has expired; POST it again to /v1/scenes.", {}};
@@ -70,7 +52,7 @@ ContentHash hash_of_digits(const std::string& digits) { return "sha256:" + digit
 
 }  // namespace
 
-SceneStore::SceneStore(fs::path folder, fs::path set_aside, const proto::FileSource& files, proto::Limits limits,
+SceneStore::SceneStore(fs::path folder, fs::path set_aside, const BlobStore& files, proto::Limits limits,
                        std::uint64_t cache_bytes)
     : folder_(std::move(folder)),
       files_(files),
@@ -116,11 +98,27 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document, const proto::
   const HeldFiles held(files);
   auto parsed = proto::parse_scene(document, held, limits_, abandoned);
   if (!parsed) return parsed.problem();
-  const bool known = keep(parsed->hash, document, abandoned);
-  return Put{share(*std::move(parsed)), known};
+  const auto known = keep(*parsed, document, abandoned);
+  if (!known) return known.problem();
+  return Put{share(*std::move(parsed)), *known};
 }
 
-bool SceneStore::keep(const ContentHash& hash, std::string_view document, const std::stop_token& abandoned) {
+bool SceneStore::is_kept(const ContentHash& hash, const std::stop_token& abandoned) {
+  return shelf_.find(hash_digits(hash), abandoned).state == Shelf::State::whole;
+}
+
+Result<bool> SceneStore::keep(const ParsedScene& scene, std::string_view document, const std::stop_token& abandoned) {
+  if (!scene.captured) return keep_document(scene.hash, document, abandoned);
+  std::vector<proto::SourceFile> held;
+  for (const proto::SourceFile& file : scene.captured->files) {
+    auto blob = files_.capture(file, abandoned);
+    if (!blob) return blob.problem();
+    held.push_back(*std::move(blob));
+  }
+  return keep_document(scene.hash, scene.captured->document, abandoned);
+}
+
+bool SceneStore::keep_document(const ContentHash& hash, std::string_view document, const std::stop_token& abandoned) {
   const std::string name = hash_digits(hash);
   std::vector<ContentHash> blobs = hashes_named_in(document);
   const std::string head = scene_file_head(blobs, document);
@@ -158,6 +156,9 @@ SceneStore::Found SceneStore::read(const ContentHash& hash, const std::stop_toke
   if (!parsed) return parsed.problem();
   if (parsed->hash != hash)
     return Problem{ProblemCode::invalid_document, "Files that this scene names have changed; POST it again.", {}};
+  if (parsed->captured) {  // An earlier version of this program has left the paths in.
+    if (const auto kept = keep(*parsed, file->document, unwanted); !kept) return kept.problem();
+  }
   return parsed->scene;
 }
 

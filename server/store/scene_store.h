@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string_view>
 
 #include "proto/file_source.h"
 #include "proto/parse.h"
 #include "server/store/blob_references.h"
+#include "server/store/blob_store.h"
 #include "server/store/shelf.h"
 #include "server/store/single_flight.h"
 
@@ -22,8 +24,8 @@ proto::Problem no_such_scene(const proto::ContentHash& hash);
 class SceneStore {
  public:
   /// Keeps documents in `folder`, which exists, and up to `cache_bytes` of parsed scenes; damaged ones go to
-  /// `set_aside`.
-  SceneStore(std::filesystem::path folder, std::filesystem::path set_aside, const proto::FileSource& files,
+  /// `set_aside`. Files that they name by path become blobs, so that a scene is there for good.
+  SceneStore(std::filesystem::path folder, std::filesystem::path set_aside, const BlobStore& files,
              proto::Limits limits, std::uint64_t cache_bytes);
 
   struct Put {
@@ -34,9 +36,13 @@ class SceneStore {
   /// that is requested.
   proto::Result<Put> put(std::string_view document, const proto::FileSource& files, const std::stop_token& abandoned);
 
-  /// Keeps the document of a scene that has been parsed, in place of one that is damaged or written otherwise. Whether
-  /// there was a whole one. The blobs that it names have to be there, and held. Throws as `put` does.
-  bool keep(const proto::ContentHash& hash, std::string_view document, const std::stop_token& abandoned);
+  /// Keeps the document that was parsed to this, in place of one that is damaged or written otherwise. Whether there
+  /// was a whole one; the problem, when files that it names by path have changed since. The blobs that it names have to
+  /// be there, and held. Throws as `put` does.
+  proto::Result<bool> keep(const proto::ParsedScene& scene, std::string_view document,
+                           const std::stop_token& abandoned);
+  /// Whether a scene is kept, and whole. Throws as `put` does.
+  bool is_kept(const proto::ContentHash& hash, const std::stop_token& abandoned);
 
   /// A scene that was put, now or by an earlier daemon, or that is in memory because it was shared. `not_found`
   /// when it is neither, or was damaged, `gone` when it has expired; `invalid_document` when files that it names have
@@ -52,6 +58,9 @@ class SceneStore {
 
   /// `Shelf::sweep`, and what is removed is forgotten.
   Shelf::Swept sweep(const Shelf::Limits& limits, const std::stop_token& stop);
+
+  /// As long as this lives, a scene's document stays where it is there.
+  std::shared_ptr<const void> hold(const proto::ContentHash& hash) { return shelf_.hold(hash_digits(hash)); }
 
   /// Forgets a scene, unless it is held.
   Shelf::Removal remove(const proto::ContentHash& hash);
@@ -76,10 +85,11 @@ class SceneStore {
 
   void adopt_older_files() const;
   void read_references();
+  bool keep_document(const proto::ContentHash& hash, std::string_view document, const std::stop_token& abandoned);
   Found read(const proto::ContentHash& hash, const std::stop_token& unwanted);
 
   const std::filesystem::path folder_;
-  const proto::FileSource& files_;
+  const BlobStore& files_;
   const proto::Limits limits_;
   Shelf shelf_;
   BlobReferences references_;

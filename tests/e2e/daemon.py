@@ -1,8 +1,10 @@
 """Starts the real daemon for a test and talks to it with nothing but http.client."""
 
+import contextlib
 import http.client
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -95,6 +97,12 @@ class Daemon:
     def terminate(self):
         self.process.send_signal(signal.SIGTERM)
 
+    def kill(self):
+        """Ends the daemon as a crash would."""
+        self.process.kill()
+        self.process.wait()
+        self.stop()
+
     def stop(self):
         """Ends the daemon with SIGTERM and returns its exit status; harmless when it has ended."""
         if self.process.poll() is None:
@@ -108,6 +116,16 @@ class Daemon:
             self.process.stdout.close()
             self._log.close()
             shutil.rmtree(self.folder, ignore_errors=True)
+
+    @contextlib.contextmanager
+    def full_disk(self):
+        """Meanwhile no write to a file succeeds, as on a disk without room."""
+        before = resource.prlimit(self.process.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(self.process.pid, resource.RLIMIT_FSIZE, (0, before[1]))
+        try:
+            yield
+        finally:
+            resource.prlimit(self.process.pid, resource.RLIMIT_FSIZE, before)
 
     def connect(self, timeout=60):
         """A connection to keep alive over several requests."""

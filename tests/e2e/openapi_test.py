@@ -1,11 +1,13 @@
 """The OpenAPI document and the running daemon know the same routes, parameters, statuses and fields."""
 
+import contextlib
 import hashlib
 import json
 import os
 import resource
 import shutil
 import socket
+import sqlite3
 import subprocess
 import tempfile
 import time
@@ -103,6 +105,7 @@ class OpenApiTest(unittest.TestCase):
         self.exercise_drake()
         self.exercise_bad_requests()
         self.exercise_strangers()
+        self.exercise_full_disk()
         self.exercise_shutdown()
         documented = {
             (method, path, status)
@@ -133,8 +136,7 @@ class OpenApiTest(unittest.TestCase):
                 posted = reply.json()["scene"]
                 self.assertEqual(self.ask(daemon, 200, "get", "/v1/scenes/{hash}", hash=posted).json(), reply.json())
                 self.ask(daemon, 404, "get", "/v1/scenes/{hash}", hash=content_hash(b""))
-                with open(asset, "w", encoding="ascii") as file:
-                    file.write(TRIANGLE.replace("1 0 0\n", "2 0 0\n"))
+                os.remove(os.path.join(daemon.data_dir, "blobs", content_hash(TRIANGLE.encode())[len("sha256:") :]))
                 self.ask(daemon, 422, "get", "/v1/scenes/{hash}", hash=posted)
 
                 as_json = {"Content-Type": "application/json"}
@@ -143,6 +145,21 @@ class OpenApiTest(unittest.TestCase):
                     self.ask(daemon, 400, "post", template, "{", as_json)
                     self.ask(daemon, 413, "post", template, " " * 2001, as_json)
                     self.ask(daemon, 415, "post", template, "{}", {"Content-Type": "text/plain"})
+        with Daemon() as daemon:
+            key = {"Idempotency-Key": '"5"'}
+            self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB, key)
+            self.ask(daemon, 200, "post", "/v1/jobs", SMALL_JOB, key)
+            other = {"Idempotency-Key": '"6"', "Content-Type": "application/json"}
+            with contextlib.closing(sqlite3.connect(os.path.join(daemon.data_dir, "journal.db"))) as journal:
+                journal.execute("BEGIN IMMEDIATE")  # Until it is given back, the daemon can't write.
+                first = daemon.connect()
+                first.request("POST", "/v1/jobs", json.dumps(SMALL_JOB), other)
+                while len(daemon.request("GET", "/v1/jobs").json()["jobs"]) < 2:
+                    pass
+                self.ask(daemon, 409, "post", "/v1/jobs", SMALL_JOB, other)
+                journal.rollback()
+            self.assertEqual(Reply(first.getresponse()).status, 201)
+            first.close()
         with Daemon("--max-bodies", "10") as daemon:
             self.ask(daemon, 503, "post", "/v1/scenes", SPHERE)
             self.ask(daemon, 503, "post", "/v1/jobs", SMALL_JOB)
@@ -227,8 +244,7 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 404, "get", "/v1/jobs/{id}/image", id=busy)
 
         with Daemon("--max-film-memory", str(16 * 16 * 12)) as daemon:
-            gone = daemon.submit(SMALL_JOB)
-            daemon.wait_ended(gone)
+            gone = daemon.request("POST", "/v1/render?samples=1", SMALL_JOB).headers["Location"].rsplit("/", 1)[1]
             daemon.wait_ended(daemon.submit(SMALL_JOB))
             self.ask(daemon, 410, "get", "/v1/jobs/{id}/image", id=gone)
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=gone)
@@ -318,6 +334,18 @@ class OpenApiTest(unittest.TestCase):
                     reply = self.ask(daemon, 403, method, template, headers=bearer(other), **names)
                     self.assertIn("insufficient_scope", reply.headers["WWW-Authenticate"])
                     self.ask(daemon, 429, method, template, headers=bearer(once), **names)
+
+    def exercise_full_disk(self):
+        """As good as full: no file may grow, whatever writes it."""
+        with Daemon() as daemon:
+            ended, endless = daemon.submit(SMALL_JOB), daemon.submit(ENDLESS_PIXEL)
+            daemon.wait_ended(ended)
+            with daemon.full_disk():
+                self.ask(daemon, 507, "post", "/v1/jobs", SMALL_JOB)
+                self.ask(daemon, 507, "post", "/v1/render", ENDLESS_PIXEL, {"Prefer": "respond-async"})
+                self.ask(daemon, 507, "delete", "/v1/jobs/{id}", id=ended)
+                self.ask(daemon, 507, "post", "/v1/jobs/{id}/cancel", id=endless)
+            self.ask(daemon, 204, "delete", "/v1/jobs/{id}", id=ended)
 
     def exercise_shutdown(self):
         """While one request is still being sent, another hears that the daemon is about to stop."""

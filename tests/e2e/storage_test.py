@@ -264,7 +264,8 @@ class FullDiskTest(StorageTest):
         self.assertEqual(self.files("scenes"), [])
         self.assertEqual(self.files("blobs"), [digits(BLOB)])
         self.assertEqual(self.put(daemon).status, 200, "it is there")
-        self.assertEqual(daemon.wait_ended(daemon.submit(SMALL_JOB))["state"], "completed")
+        self.assert_problem(daemon.request("POST", "/v1/jobs", SMALL_JOB), 507, "insufficient_storage")
+        self.assertEqual(daemon.request("POST", "/v1/render", SMALL_JOB).status, 200, "what needs no disk goes on")
         os.remove(self.path("filler"))
         self.assertEqual(self.post(daemon).status, 201)
 
@@ -308,6 +309,7 @@ class LostFolderTest(StorageTest):
             ("DELETE", "/v1/scenes/" + posted, None),
             ("DELETE", "/v1/blobs/" + BLOB, None),
             ("POST", "/v1/jobs", job),
+            ("POST", "/v1/jobs", SMALL_JOB),
             ("POST", "/v1/render", large),
             ("POST", "/v1/render?width=8&samples=1", TRIANGLE),
         ):
@@ -315,7 +317,7 @@ class LostFolderTest(StorageTest):
                 reply = daemon.request(method, path, body)
                 self.assert_problem(reply, 503, "storage_unavailable")
                 self.assertGreaterEqual(int(reply.headers["Retry-After"]), 1)
-        self.assertEqual(daemon.wait_ended(daemon.submit(SMALL_JOB))["state"], "completed", "what needs no disk goes on")
+        self.assertEqual(daemon.request("POST", "/v1/render", SMALL_JOB).status, 200, "what needs no disk goes on")
         self.assertFalse(os.path.exists(self.data), "and it isn't made anew")
         os.rename(aside, self.data)
         self.assertEqual(daemon.wait_ended(daemon.submit(job))["state"], "completed")

@@ -1,5 +1,7 @@
 #include "server/jobs/job_table.h"
 
+#include <filesystem>
+#include <future>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -7,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "proto/wire/abandoned.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tessera::server {
 namespace {
@@ -394,6 +397,241 @@ TEST(JobTable, ShuttingDownCancelsAndAdmitsNoMore) {
   EXPECT_EQ(state(table, active->id), JobState::canceled);
   EXPECT_EQ(state(table, failed), JobState::failed);
   EXPECT_EQ(table.add(order()).problem().code, ProblemCode::shutting_down);
+}
+
+/// An order as the journal takes it.
+JobOrder written_order() {
+  JobOrder written = order();
+  written.document = R"({"scene":")" + written.scene_hash + R"(","image":{"width":10,"height":10}})";
+  return written;
+}
+
+std::shared_ptr<const void> needs_nothing(const JobOrder&) { return nullptr; }
+
+/// What a daemon that starts then knows; those that hadn't ended are queued again.
+std::vector<std::string> restore(const Journal& journal, JobTable& table) {
+  for (const JournalEntry& entry : journal.since(0, 1000)) table.restore(entry.job, read_event(entry));
+  return table.queue_again(needs_nothing);
+}
+
+/// Waits for a job's end.
+void await(JobTable& table, const std::string& id) {
+  struct Told final : JobTable::Waiter {
+    void job_has_ended() noexcept override { promise.set_value(); }
+    std::promise<void> promise;
+  } told;
+  if (table.wait(id, told)) told.promise.get_future().get();
+}
+
+TEST(JournaledJobs, NeedWhatTheyNeededAgain) {
+  const TemporaryFolder folder;
+  std::string id;
+  {
+    Journal journal(folder.path() / "journal.db");
+    JobTable table(kRoomy, &journal);
+    id = (*table.add(written_order())).id;
+  }
+  Journal journal(folder.path() / "journal.db");
+  JobTable table(kRoomy, &journal);
+  for (const JournalEntry& entry : journal.since(0, 1000)) table.restore(entry.job, read_event(entry));
+  auto needs = std::make_shared<int>();
+  const std::weak_ptr<int> watched = needs;
+  EXPECT_EQ(table.queue_again([&](const JobOrder& order) {
+    EXPECT_EQ(order.scene_hash, written_order().scene_hash);
+    return std::move(needs);
+  }),
+            std::vector{id});
+  EXPECT_FALSE(watched.expired());
+  ASSERT_TRUE(table.cancel(id));
+  EXPECT_TRUE(watched.expired());
+}
+
+TEST(JournaledJobs, AreThereAgain) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "journal.db";
+  std::string completed, failed, canceled, removed, waiting, begun, not_kept;
+  JobView ended;
+  {
+    Journal journal(file);
+    JobTable table(kRoomy, &journal);
+    const auto add_one = [&] { return (*table.add(written_order())).id; };
+    completed = add_one(), failed = add_one(), canceled = add_one(), removed = add_one(), waiting = add_one();
+    begun = add_one();
+    not_kept = (*table.add(written_order(), false)).id;
+    ASSERT_TRUE(table.start_preparing(completed));
+    auto plan = std::make_shared<PlanReport>();
+    plan->tiles = 4;
+    ASSERT_TRUE(table.set_plan(completed, plan, std::make_shared<ObjectMarks>(3)));
+    ASSERT_TRUE(table.start_rendering(completed, std::nullopt, film()) && table.complete(completed));
+    EXPECT_FALSE(table.is_unfinished(completed)) << "there is nothing left to do, written or not";
+    ASSERT_TRUE(table.fail(failed, "no luck"));
+    await(table, completed);
+    await(table, failed);
+    EXPECT_EQ(state(table, completed), JobState::completed);
+    ASSERT_TRUE(table.cancel(canceled) && table.cancel(removed));
+    EXPECT_EQ(state(table, canceled), JobState::canceled);
+    EXPECT_FALSE(table.remove(removed));
+    ASSERT_TRUE(table.start_preparing(begun) && table.start_rendering(begun, std::nullopt, film()));
+    ended = *table.find(completed);
+    table.shut_down();
+    EXPECT_EQ(state(table, waiting), JobState::queued) << "it goes on later";
+    EXPECT_FALSE(table.is_unfinished(waiting));
+  }
+  Journal journal(file);
+  JobTable table(kRoomy, &journal);
+  EXPECT_EQ(restore(journal, table), (std::vector{waiting, begun}));
+  EXPECT_EQ(table.find(removed).problem().code, ProblemCode::not_found);
+  EXPECT_EQ(table.find(not_kept).problem().code, ProblemCode::not_found);
+  EXPECT_EQ(state(table, failed), JobState::failed);
+  EXPECT_EQ((*table.find(failed)).error, "no luck");
+  EXPECT_EQ(state(table, canceled), JobState::canceled);
+  EXPECT_EQ(state(table, begun), JobState::queued);
+  const JobView job = *table.find(completed);
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_EQ(job.plan->tiles, 4U);
+  EXPECT_EQ(job.never_tested, 3U);
+  EXPECT_EQ(job.order->settings.width, 10U);
+  EXPECT_LT(std::chrono::abs(job.times.created - ended.times.created), std::chrono::milliseconds(1));
+  // Conversions of clocks and of seconds leave some microseconds.
+  EXPECT_LT(std::chrono::abs((*job.times.ended - job.times.queued) - (*ended.times.ended - ended.times.queued)),
+            std::chrono::milliseconds(1));
+  const auto again = table.take_up(waiting);
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->stop.stop_requested());
+  EXPECT_TRUE(table.start_preparing(waiting));
+  EXPECT_LT(begun, (*table.add(written_order())).id);
+}
+
+TEST(JournaledJobs, AreRefusedWhereTheyCannotBeWrittenDown) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "journal.db", aside = folder.path() / "aside.db";
+  Journal journal(file);
+  JobTable table(kRoomy, &journal);
+  const std::string running = (*table.add(written_order())).id, held = (*table.add(written_order(), false)).id;
+  const auto hold = table.hold(held);
+  ASSERT_TRUE(table.start_preparing(running) && table.start_rendering(running, std::nullopt, film()));
+  std::filesystem::rename(file, aside);
+  EXPECT_EQ(table.add(written_order()).problem().code, ProblemCode::storage_unavailable);
+  EXPECT_EQ(table.list("", 10, std::nullopt).size(), 2U);
+  EXPECT_EQ(table.keep(held).problem().code, ProblemCode::storage_unavailable);
+  ASSERT_TRUE(table.complete(running));
+  EXPECT_EQ(state(table, running), JobState::rendering) << "nobody is told what a crash would take back";
+  std::filesystem::rename(aside, file);
+  await(table, running);
+  EXPECT_EQ(state(table, running), JobState::completed);
+  const auto kept = table.keep(held);
+  EXPECT_TRUE(kept && *kept);
+}
+
+TEST(JournaledJobs, WhatIsKeptLaterHasAllOfItsStory) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "journal.db";
+  std::string id;
+  {
+    Journal journal(file);
+    JobTable table(kRoomy, &journal);
+    id = (*table.add(written_order(), false)).id;
+    const auto hold = table.hold(id);
+    ASSERT_TRUE(table.start_preparing(id) && table.set_plan(id, std::make_shared<PlanReport>(), nullptr) &&
+                table.start_rendering(id, std::nullopt, film()));
+    EXPECT_TRUE(*table.keep(id));
+    ASSERT_TRUE(table.complete(id));
+    await(table, id);
+  }
+  Journal journal(file);
+  JobTable table(kRoomy, &journal);
+  EXPECT_TRUE(restore(journal, table).empty());
+  const JobView job = *table.find(id);
+  EXPECT_EQ(job.state, JobState::completed);
+  EXPECT_TRUE(job.plan && job.times.preparing && job.times.rendering && job.times.ended);
+}
+
+TEST(JournaledJobs, TheForgottenStayForgotten) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "journal.db";
+  std::string first, second;
+  {
+    Journal journal(file);
+    JobTable table({1000, 1, 1ULL << 40}, &journal);
+    first = (*table.add(written_order())).id, second = (*table.add(written_order())).id;
+    ASSERT_TRUE(table.cancel(first) && table.cancel(second));
+    EXPECT_FALSE(table.find(first));
+  }
+  Journal journal(file);
+  JobTable table(kRoomy, &journal);
+  restore(journal, table);
+  EXPECT_FALSE(table.find(first));
+  EXPECT_TRUE(table.find(second));
+}
+
+TEST(JournaledJobs, ImagesOnDiskStayWhenMemoryIsNeeded) {
+  const TemporaryFolder folder;
+  Journal journal(folder.path() / "journal.db");
+  std::vector<std::string> forgotten;
+  const std::uint64_t one = Film::memory_bytes(10, 10, {});
+  JobTable table({1000, 1000, one}, &journal, [&](const std::string& id) { forgotten.push_back(id); });
+  const std::string id = (*table.add(written_order())).id;
+  ASSERT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()));
+  EXPECT_FALSE(table.complete(id)) << "its image isn't on disk";
+  EXPECT_TRUE(table.is_unfinished(id));
+  ASSERT_TRUE(table.complete(id, std::nullopt, true));
+  await(table, id);
+  EXPECT_TRUE(*table.film(id));
+  const std::string next = (*table.add(written_order())).id;
+  const auto on_disk = table.film(id);
+  ASSERT_TRUE(on_disk);
+  EXPECT_EQ(*on_disk, nullptr);
+  EXPECT_EQ(image(table, id), proto::ImageState::complete);
+  ASSERT_TRUE(table.cancel(next));
+  auto needs = std::make_shared<int>();
+  const std::weak_ptr<int> watched = needs;
+  EXPECT_TRUE(table.render_again(id, std::move(needs)));
+  EXPECT_EQ(state(table, id), JobState::queued);
+  EXPECT_FALSE(watched.expired());
+  EXPECT_FALSE(table.render_again(id, nullptr));
+  ASSERT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()));
+  ASSERT_TRUE(table.complete(id, std::nullopt, true));
+  await(table, id);
+  EXPECT_TRUE(watched.expired());
+  table.let_image_go(id);
+  EXPECT_EQ(image(table, id), proto::ImageState::gone);
+  EXPECT_EQ(forgotten, std::vector{id});
+  EXPECT_FALSE(table.remove(id));
+  EXPECT_EQ(forgotten.back(), id);
+  JobTable again(kRoomy);
+  EXPECT_EQ(restore(journal, again).size(), 0U);
+}
+
+TEST(JournaledJobs, ARequestThatIsRepeatedIsKnown) {
+  using Is = JobTable::Retry::Is;
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "journal.db";
+  const RetryKey key{"a", "sha256:1"};
+  std::string id;
+  {
+    Journal journal(file);
+    JobTable table(kRoomy, &journal);
+    {
+      const auto claimed = table.claim(key);
+      EXPECT_EQ(claimed.is, Is::first);
+      EXPECT_EQ(table.claim(key).is, Is::in_progress);
+    }
+    const auto claimed = table.claim(key);
+    EXPECT_EQ(claimed.is, Is::first) << "the other one was refused";
+    JobOrder order = written_order();
+    order.retry = key;
+    id = (*table.add(order)).id;
+    EXPECT_EQ(table.claim(key).is, Is::in_progress) << "it isn't answered yet";
+  }
+  Journal journal(file);
+  JobTable table(kRoomy, &journal);
+  restore(journal, table);
+  EXPECT_EQ(table.claim(key).is, Is::known);
+  EXPECT_EQ(table.claim(key).job, id);
+  EXPECT_EQ(table.claim({"a", "sha256:2"}).is, Is::another_request);
+  ASSERT_TRUE(table.cancel(id));
+  EXPECT_FALSE(table.remove(id));
+  EXPECT_EQ(table.claim(key).is, Is::first);
 }
 
 TEST(Progress, AddsUpEveryKindOfRay) {

@@ -45,7 +45,6 @@
 #include "server/store/journal.h"
 #include "server/store/owners.h"
 #include "server/store/scene_store.h"
-#include "server/store/store_watch.h"
 #include "server/store/structure_cache.h"
 #include "server/store/upkeep.h"
 #include "server/store/wide_store.h"
@@ -99,7 +98,6 @@ struct Backend {
         owners(folder.owners()),
         blobs(folder.blobs(), folder.set_aside(), config.asset_root),
         scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, config.scene_cache),
-        store(folder.blobs()),
         wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
         journal(folder.journal()),
@@ -110,9 +108,9 @@ struct Backend {
         scheduler(config.threads),
         writers(kWriters),
         runner(scheduler, structures, jobs, std::chrono::steady_clock::now, JobFiles{films, folder.tiles(), writers}),
-        services{config, keys,   owners,    quotas,     blobs, scenes,  jobs, known_jobs,
-                 images, runner, scheduler, structures, store, journal, films},
-        upkeep(blobs, scenes, store, retention(config)) {
+        services{config,     keys,   owners, quotas,    blobs,      scenes,  jobs,
+                 known_jobs, images, runner, scheduler, structures, journal, films},
+        upkeep(blobs, scenes, retention(config)) {
     remove_what_nobody_needs();
   }
 
@@ -135,7 +133,6 @@ struct Backend {
   Quotas quotas;
   BlobStore blobs;
   SceneStore scenes;
-  StoreWatch store;
   std::optional<WideStore> wide_store;
   StructureCache structures;
   Journal journal;

@@ -18,7 +18,6 @@ class Scheduler;
 class StructureCache;
 class JobTable;
 class JobRunner;
-class StoreWatch;
 class Journal;
 class ImageStore;
 
@@ -36,7 +35,6 @@ struct Services {
   JobRunner& runner;
   Scheduler& scheduler;
   StructureCache& structures;
-  StoreWatch& store;
   Journal& journal;
   ImageStore& films;
   const Connections* connections = nullptr;        ///< Once there are any.

@@ -16,6 +16,7 @@
 #include "server/jobs/job_table.h"
 #include "server/log.h"
 #include "server/store/disk_health.h"
+#include "server/store/journal.h"
 
 namespace tessera::server {
 namespace {
@@ -52,7 +53,9 @@ struct ReadinessCheck {
 
 std::vector<ReadinessCheck> readiness_checks(Services& services) {
   const std::uint64_t least_free = services.least_free_disk;
-  const DiskHealth disk = disk_health(services.config.data_dir, least_free);
+  DiskHealth disk = disk_health(services.config.data_dir, least_free);
+  if (const auto trouble = services.journal.trouble(); trouble && disk.problem.empty())
+    disk.problem = "the journal can't be written: " + trouble->detail;
   const JobTable::Usage jobs = services.jobs.usage();
   // While there is room for a job the server is ready, however much it has to do; when there is none it isn't, for
   // whoever sends jobs here would only be refused.
@@ -60,7 +63,7 @@ std::vector<ReadinessCheck> readiness_checks(Services& services) {
   const auto why = [&](proto::ProblemCode code) { return refusal && refusal->code == code ? refusal->detail : ""; };
   std::string memory = why(proto::ProblemCode::out_of_memory_budget), queue = why(proto::ProblemCode::too_many_jobs);
   return {
-      {"disk", disk.problem, {{"free_bytes", disk.free_bytes}, {"least_free_bytes", least_free}}},
+      {"disk", std::move(disk.problem), {{"free_bytes", disk.free_bytes}, {"least_free_bytes", least_free}}},
       {"memory",
        std::move(memory),
        {{"unfinished_bytes", jobs.unfinished_bytes + jobs.passes_bytes}, {"limit_bytes", jobs.limits.film_bytes}}},

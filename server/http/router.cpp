@@ -17,7 +17,6 @@
 #include "server/http/media_type.h"
 #include "server/http/query_errors.h"
 #include "server/store/storage_error.h"
-#include "server/store/store_watch.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -184,7 +183,7 @@ Response run_handler(const Route& route, const Handler& handle, Services& servic
     throw;
   } catch (const StorageError& error) {
     if (request.abandoned.stop_requested()) return {};
-    return route.refuse(services.store.refuse(error));
+    return route.refuse(refuse(error));
   } catch (const std::exception& error) {
     if (request.abandoned.stop_requested()) return {};  // The reason, and nobody waits to hear it.
     spdlog::error("{} {}: {}", route.method, route.pattern, error.what());

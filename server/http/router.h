@@ -48,7 +48,7 @@ std::variant<const Route*, Response> find_route(const Config& config, Request& r
 /// route doesn't know, or a body of a type that it doesn't take.
 std::optional<Response> refuse_request(const Route& route, const Request& request);
 
-/// Runs a handler of the route, its own or one that goes on for it. A StorageError becomes what `StoreWatch::refuse`
+/// Runs a handler of the route, its own or one that goes on for it. A StorageError becomes what `refuse`
 /// says, any other exception a logged `internal_error`; std::bad_alloc and TooHeavy are passed on. Of a request that
 /// was abandoned the response means nothing: nobody reads it.
 Response run_handler(const Route& route, const Handler& handle, Services& services, Request& request);

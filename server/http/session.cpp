@@ -36,7 +36,6 @@
 #include "server/metrics/metrics.h"
 #include "server/store/blob_store.h"
 #include "server/store/storage_error.h"
-#include "server/store/store_watch.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -320,7 +319,7 @@ class Session {
       wrong = problem(ProblemCode::out_of_memory_budget, "There is no memory for this body.");
     } catch (const StorageError& error) {  // The disk is full, say.
       const RequestScope scope(at_hand_.id);
-      wrong = services_.store.refuse(error);
+      wrong = refuse(error);
     } catch (const std::exception& error) {
       const RequestScope scope(at_hand_.id);
       spdlog::error("receiving a body: {}", error.what());

@@ -12,7 +12,7 @@ struct DiskHealth {
   std::uint64_t free_bytes = 0;  ///< Of its disk, that this process may take; 0 where that can't be told.
 };
 
-/// Asks the file system, and writes nothing. Less than `least_free` bytes is a problem, too.
+/// Asks the file system, and writes what leaves nothing there. Less than `least_free` bytes is a problem, too.
 DiskHealth disk_health(const std::filesystem::path& data_dir, std::uint64_t least_free);
 
 }  // namespace tessera::server

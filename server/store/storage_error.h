@@ -17,8 +17,8 @@ class StorageError : public std::system_error {
 /// With what errno says.
 [[noreturn]] void throw_storage_error(const std::string& what);
 
-/// What a client is told: `insufficient_storage` where there is no room (the disk, a quota or a limit for files is
-/// full), `storage_unavailable` for all else.
-proto::Problem storage_problem(const std::error_code& error);
+/// Logs what the disk has refused, and gives what a client is told: `insufficient_storage` where there is no room (the
+/// disk, a quota or a limit for files is full), `storage_unavailable` for all else.
+proto::Problem refuse(const StorageError& error);
 
 }  // namespace tessera::server

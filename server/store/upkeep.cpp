@@ -21,10 +21,11 @@ void log_swept(const char* what, const Shelf::Swept& swept) {
 
 }  // namespace
 
-Upkeep::Upkeep(BlobStore& blobs, SceneStore& scenes, StoreWatch& store, const Limits& limits)
-    : blobs_(blobs), scenes_(scenes), store_(store), limits_(limits), thread_([this](const std::stop_token& stop) {
-        work_on(stop);
-      }) {}
+Upkeep::Upkeep(BlobStore& blobs, SceneStore& scenes, const Limits& limits)
+    : blobs_(blobs),
+      scenes_(scenes),
+      limits_(limits),
+      thread_([this](const std::stop_token& stop) { work_on(stop); }) {}
 
 void Upkeep::sweep(BlobStore& blobs, SceneStore& scenes, const Limits& limits, const std::stop_token& stop) {
   log_swept("scenes", scenes.sweep(limits.scenes, stop));  // First, as they need blobs.
@@ -37,14 +38,13 @@ void Upkeep::work_on(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
     try {
-      store_.look();
       if (UpkeepClock::now() >= next_sweep || blobs_.shelf().has_outgrown(limits_.blobs) ||
           scenes_.shelf().has_outgrown(limits_.scenes)) {
         next_sweep = UpkeepClock::now() + kBetweenSweeps;
         sweep(blobs_, scenes_, limits_, stop);
       }
     } catch (const StorageError& error) {
-      store_.refuse(error);
+      refuse(error);
     } catch (const std::exception& error) {
       spdlog::error("looking after the data folder: {}", error.what());
     }

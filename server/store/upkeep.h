@@ -8,7 +8,6 @@
 #include "server/store/blob_store.h"
 #include "server/store/scene_store.h"
 #include "server/store/shelf.h"
-#include "server/store/store_watch.h"
 
 namespace tessera::server {
 
@@ -20,7 +19,7 @@ class Upkeep {
     Shelf::Limits blobs, scenes;
   };
   /// Begins at once. The others live longer.
-  Upkeep(BlobStore& blobs, SceneStore& scenes, StoreWatch& store, const Limits& limits);
+  Upkeep(BlobStore& blobs, SceneStore& scenes, const Limits& limits);
 
   /// Removes what is beyond the limits now. For this thread, and tests.
   static void sweep(BlobStore& blobs, SceneStore& scenes, const Limits& limits, const std::stop_token& stop);
@@ -30,7 +29,6 @@ class Upkeep {
 
   BlobStore& blobs_;
   SceneStore& scenes_;
-  StoreWatch& store_;
   const Limits limits_;
   std::mutex mutex_;
   std::condition_variable_any stopped_;

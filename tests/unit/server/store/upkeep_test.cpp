@@ -73,8 +73,7 @@ TEST_F(UpkeepTest, AHeldSceneStays) {
 
 TEST_F(UpkeepTest, BeginsAndEndsAtOnce) {
   scene_.reset();
-  StoreWatch watch(folder_.blobs());
-  { const Upkeep none(blobs_, scenes_, watch, {}); }
+  { const Upkeep none(blobs_, scenes_, {}); }
   EXPECT_TRUE(has_blob()) << "no limits";
 }
 

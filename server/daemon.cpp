@@ -101,7 +101,7 @@ struct Backend {
         wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
         journal(folder.journal()),
-        films(folder.images(), folder.set_aside()),
+        films(folder.images(), folder.set_aside(), journal),
         jobs(job_limits(config), &journal, [this](const std::string& id) { films.remove(id); }),
         unfinished(restore_jobs(journal, films, scenes, jobs)),
         images(config.image_cache),
@@ -115,7 +115,7 @@ struct Backend {
   }
 
   /// Of jobs that aren't there any more, or have ended.
-  void remove_what_nobody_needs() const {
+  void remove_what_nobody_needs() {
     const auto state_of = [this](const std::filesystem::path& path) -> std::optional<proto::JobState> {
       const auto job = jobs.find(path.stem());
       return job ? std::optional(job->state) : std::nullopt;
@@ -123,6 +123,8 @@ struct Backend {
     std::error_code error;  // Of a folder that isn't there.
     for (const auto& entry : std::filesystem::directory_iterator(folder.images()))
       if (state_of(entry.path()) != proto::JobState::completed) std::filesystem::remove(entry.path());
+    for (const std::string& job : journal.images())
+      if (state_of(job) != proto::JobState::completed) journal.remove_image(job);
     for (const auto& entry : std::filesystem::directory_iterator(folder.tiles(), error))
       if (state_of(entry.path()) != proto::JobState::queued) std::filesystem::remove_all(entry.path());
   }

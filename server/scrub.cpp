@@ -11,6 +11,8 @@
 
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
+#include "server/store/image_store.h"
+#include "server/store/journal.h"
 #include "server/store/scene_store.h"
 #include "server/store/wide_store.h"
 
@@ -35,6 +37,8 @@ int scrub(const Config& config, std::ostream& out, std::ostream& errors) {
     SceneStore scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, 0);
     add(blobs.shelf().scrub(is_damaged));
     add(scenes.shelf().scrub(is_damaged));
+    const Journal journal(folder.journal());
+    add(ImageStore(folder.images(), folder.set_aside(), journal).scrub(is_damaged));
     if (config.structure_dir)
       add(WideStore(*config.structure_dir, folder.set_aside(), config.max_structure_dir, 1).scrub(is_damaged));
   } catch (const std::exception& error) {

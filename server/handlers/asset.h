@@ -13,6 +13,7 @@
 #include "server/handlers/own.h"
 #include "server/http/request.h"
 #include "server/services.h"
+#include "server/store/blob_store.h"
 #include "server/store/received_file.h"
 
 namespace tessera::server {

@@ -87,11 +87,18 @@ Response post_job(Services& services, Request& request) {
   job->retry = *retry;
   if (const auto problem = keep_scene(services, *job, request.body, request.abandoned))
     return problem_response(*problem);
-  const auto id = start_job(services, *job);
-  if (!id) return problem_response(id.problem());
-  const auto view = services.jobs.find(*id);
-  Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());
-  response.headers.emplace_back("Location", "/v1/jobs/" + *id);
+  const auto started = start_job(services, *job);
+  if (!started) return problem_response(started.problem());
+  const auto answer = [id = started->id, written = started->written](Services& its_services, Request&) {
+    if (const auto& refused = written.get()) return problem_response(*refused);
+    const auto view = its_services.jobs.find(id);
+    Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());
+    response.headers.emplace_back("Location", "/v1/jobs/" + id);
+    return response;
+  };
+  Response response;
+  response.later =
+      std::make_shared<const Later>(Later{started->id, std::nullopt, claim.claim, answer, /*until_written=*/true});
   return response;
 }
 

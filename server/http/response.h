@@ -43,6 +43,7 @@ struct Later {
   std::optional<std::chrono::steady_clock::time_point> until;
   std::shared_ptr<const void> hold;
   Handler then;
+  bool until_written = false;  ///< It waits for the job to be written down, not to end.
 };
 
 Response json_response(int status, const nlohmann::json& body);

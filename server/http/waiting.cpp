@@ -25,7 +25,7 @@ struct Waiting::ToldByJob final : JobTable::Waiter {
   ToldByJob(Waiting& its_waiting, const Later& its_later) : waiting(its_waiting), later(its_later) {
     message.to = &waiting.channel_;
   }
-  void job_has_ended() noexcept override { waiting.loop_.post(message); }
+  void told() noexcept override { waiting.loop_.post(message); }
 
   Clock::time_point until() const { return later.until.value_or(Clock::time_point::max()); }
 
@@ -42,7 +42,8 @@ struct Waiting::ToldByJob final : JobTable::Waiter {
 
 Task<bool> Waiting::for_job(const Later& later, bool may_ask) {
   ToldByJob told(*this, later);
-  if (!jobs_.wait(later.job, told)) co_return true;
+  const auto what = later.until_written ? JobTable::Until::written : JobTable::Until::ended;
+  if (!jobs_.wait(later.job, told, what)) co_return true;
   co_await for_message(told.message, may_ask, &told);
   co_return true;
 }

@@ -37,6 +37,7 @@ struct JobEvent {
     JobFigures figures = {};
     std::shared_ptr<const ObjectMarks> tested = {};  ///< What is written of it is how many objects never were:
     std::uint64_t never_tested = 0;                  ///< this, where it is read.
+    std::shared_ptr<const std::string> image = {};   ///< Where it is written beside the event.
   };
   /// The image of a job that has ended has been given up, on disk as well.
   struct ImageGone {};

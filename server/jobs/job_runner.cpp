@@ -336,7 +336,10 @@ void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   run->film.reset();  // The table's alone now: it can give way as soon as the job has ended.
   run->passes.reset();
   run->job.passes_memory.reset();
-  if (!jobs_.complete(run->job.id, run->structure_use()) && files_) keep_image(run);
+  KeptImage image;
+  if (files_ && jobs_.is_written(run->job.id))
+    if (const auto film = jobs_.film(run->job.id); film && *film) image.for_journal = ImageStore::for_journal(**film);
+  if (!jobs_.complete(run->job.id, run->structure_use(), image) && files_) keep_image(run);
 }
 
 void JobRunner::keep_image(const std::shared_ptr<Run>& run) {
@@ -347,7 +350,7 @@ void JobRunner::keep_image(const std::shared_ptr<Run>& run) {
         try {
           const auto film = jobs_.film(id);
           if (film && *film) files_->images.keep(id, **film);
-          jobs_.complete(id, run->structure_use(), true);
+          jobs_.complete(id, run->structure_use(), {.on_disk = true});
         } catch (const std::system_error& error) {  // The disk is full, say. It won't be for ever.
           if (!std::exchange(is_told, true)) spdlog::error("job {}: its image can't be kept yet: {}", id, error.what());
           std::this_thread::sleep_for(kTryToKeepAgain);

@@ -6,6 +6,7 @@
 #include <exception>
 #include <limits>
 #include <optional>
+#include <set>
 #include <utility>
 #include <variant>
 
@@ -146,7 +147,7 @@ std::optional<Problem> keep_scene(Services& services, const PreparedJob& job, st
   return at_scene(no_such_scene(job.scene.hash));
 }
 
-proto::Result<std::string> start_job(Services& services, const PreparedJob& job, bool kept) {
+proto::Result<JobTable::Admitted> start_job(Services& services, const PreparedJob& job, bool kept) {
   // Once it is admitted, whatever fails, fails the job.
   const JobOrder order{job.name,     job.scene.hash, job.scene.scene->warnings.size(),
                        job.settings, job.parsing,    job.who.owner,
@@ -162,7 +163,7 @@ proto::Result<std::string> start_job(Services& services, const PreparedJob& job,
     return admitted.problem();
   }
   services.runner.start(*admitted, order, job.scene.scene, job.camera);
-  return admitted->id;
+  return admitted;
 }
 
 std::vector<std::string> restore_jobs(const Journal& journal, const ImageStore& films, SceneStore& scenes,
@@ -180,8 +181,9 @@ std::vector<std::string> restore_jobs(const Journal& journal, const ImageStore& 
     last = entries.back().seq;
   }
   constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+  const std::set<std::string> images = films.jobs();
   for (const JobView& job : jobs.list("", kAll, proto::JobState::completed)) {
-    if (job.image != proto::ImageState::complete || films.has(job.id)) continue;
+    if (job.image != proto::ImageState::complete || images.contains(job.id)) continue;
     spdlog::error("job {}: its image isn't there any more", job.id);
     jobs.render_again(job.id, nullptr);
   }

@@ -12,9 +12,14 @@
 #include "proto/parse.h"
 #include "server/http/principal.h"
 #include "server/jobs/job.h"
+#include "server/jobs/job_table.h"
 #include "server/services.h"
 
 namespace tessera::server {
+
+class ImageStore;
+class Journal;
+class SceneStore;
 
 /// A job that can be rendered.
 struct PreparedJob {
@@ -43,10 +48,9 @@ proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job
 std::optional<proto::Problem> keep_scene(Services& services, const PreparedJob& job, std::string_view document,
                                          const std::stop_token& abandoned);
 
-/// Has it rendered: its id, or why the table doesn't admit it, or the quotas of the key that it came with don't. One
-/// that isn't `kept` ends with its last hold
-/// (`JobTable::add`).
-proto::Result<std::string> start_job(Services& services, const PreparedJob& job, bool kept = true);
+/// Has it rendered, or says why the table doesn't admit it, or the quotas of the key that it came with don't. One that
+/// isn't `kept` ends with its last hold, and one that is may be refused yet (`JobTable::add`).
+proto::Result<JobTable::Admitted> start_job(Services& services, const PreparedJob& job, bool kept = true);
 
 /// Has the table know the jobs of earlier daemons: the ids of those that hadn't ended, in the order in which they came.
 /// Entries that can't be read are logged. Jobs whose images are gone from the disk haven't ended.

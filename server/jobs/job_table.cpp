@@ -148,55 +148,52 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::
   const std::string owner = order.owner;
   const JobEvent event{
       std::chrono::system_clock::now(), {}, JobEvent::Queued{std::make_shared<const JobOrder>(std::move(order))}};
-  Admitted added;
-  Told written;
-  {
-    Aftermath after;
-    const std::lock_guard lock(mutex_);
-    if (auto problem = refusal_of(film)) return *std::move(problem);
-    if (most_of_owner && unfinished_of(owner) >= *most_of_owner)
-      return Problem{
-          ProblemCode::quota_exceeded,
-          "As many of " + owner + "'s jobs haven't ended as this key may have; submit this one when fewer are left.",
-          {}};
-    make_room(film, after);
-    const std::string id = new_id();
-    apply(id, event, after);
-    Job& job = jobs_.find(id)->second;
-    job.kept = kept;
-    job.needs = std::move(needs);
-    try {
-      added = admitted(job);
-      if (kept && journal_) {
-        written = write_and_tell(id, event, Journal::OnFailure::refuse);
-        job.is_written = true;
-      }
-    } catch (const std::bad_alloc&) {
-      end(job, {JobState::canceled}, after);
-      drop(jobs_.find(id), after);
-      throw;
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  if (auto problem = refusal_of(film)) return *std::move(problem);
+  if (most_of_owner && unfinished_of(owner) >= *most_of_owner)
+    return Problem{
+        ProblemCode::quota_exceeded,
+        "As many of " + owner + "'s jobs haven't ended as this key may have; submit this one when fewer are left.",
+        {}};
+  make_room(film, after);
+  const std::string id = new_id();
+  apply(id, event, after);
+  Job& job = jobs_.find(id)->second;
+  job.kept = kept;
+  job.needs = std::move(needs);
+  try {
+    Admitted added = admitted(job);
+    if (kept && journal_) {
+      added.written = write_and_tell(id, event, Journal::OnFailure::refuse,
+                                     [this, id](const Outcome& outcome) { has_been_queued(id, outcome); });
+      job.is_written = true;
     }
+    spdlog::info("job {}: queued", id);
+    return added;
+  } catch (const std::bad_alloc&) {
+    end(job, {JobState::canceled}, after);
+    drop(jobs_.find(id), after);
+    throw;
   }
-  if (written.valid() && written.get()) {
-    take_back(added.id);
-    return *written.get();
-  }
-  spdlog::info("job {}: queued", added.id);
-  return added;
 }
 
-void JobTable::take_back(const std::string& id) {
+void JobTable::has_been_queued(const std::string& id, const Outcome& outcome) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return;
   Job& job = found->second;
+  job.is_settled = true;
+  tell(job.writing_waiters, after);
+  if (!outcome) return;
+  spdlog::info("job {}: it can't be written down, and is refused", id);
   if (!proto::has_ended(job.view.state)) end(job, {JobState::canceled}, after);
   drop(found, after);
 }
 
 JobTable::Aftermath::~Aftermath() {
-  while (told) std::exchange(told, told->next)->job_has_ended();
+  while (told) std::exchange(told, told->next)->told();
   for (const std::string& job : forgotten) {
     try {
       (*forget)(job);
@@ -253,34 +250,39 @@ proto::Result<bool> JobTable::keep(const std::string& id) {
       write(id, event, Journal::OnFailure::refuse, true);
     };
     written = write_and_tell(id, {view.times.created, {}, JobEvent::Queued{view.order}}, Journal::OnFailure::refuse);
-    job->is_written = true;
+    job->is_written = job->is_settled = true;
     if (view.times.preparing) write_later(since(*view.times.preparing), JobEvent::Preparing{});
     if (view.plan) write_later(since(*view.times.preparing), JobEvent::Planned{view.plan});
     if (view.times.rendering) write_later(since(*view.times.rendering), JobEvent::Rendering{view.structure});
   }
   if (!written.get()) return true;
   const std::lock_guard lock(mutex_);
-  if (Job* job = find_unfinished(id)) job->kept = job->is_written = false;
+  if (Job* job = find_unfinished(id)) job->kept = job->is_written = job->is_settled = false;
   return *written.get();
 }
 
-bool JobTable::wait(const std::string& id, Waiter& waiter) {
+bool JobTable::wait(const std::string& id, Waiter& waiter, Until until) {
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
-  if (!job || job->is_suspended) return false;
-  waiter.next = std::exchange(job->waiters, &waiter);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return false;
+  Job& job = found->second;
+  const bool is_so_far = until == Until::written ? !job.is_written || job.is_settled
+                                                 : proto::has_ended(job.view.state) || job.is_suspended;
+  if (is_so_far) return false;
+  waiter.next = std::exchange(until == Until::written ? job.writing_waiters : job.waiters, &waiter);
   return true;
 }
 
 bool JobTable::stop_waiting(const std::string& id, Waiter& waiter) {
   const std::lock_guard lock(mutex_);
-  Job* job = find_unfinished(id);
-  if (!job) return false;
-  for (Waiter** at = &job->waiters; *at; at = &(*at)->next)
-    if (*at == &waiter) {
-      *at = waiter.next;
-      return true;
-    }
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return false;
+  for (Waiter** first : {&found->second.waiters, &found->second.writing_waiters})
+    for (Waiter** at = first; *at; at = &(*at)->next)
+      if (*at == &waiter) {
+        *at = waiter.next;
+        return true;
+      }
   return false;
 }
 
@@ -395,7 +397,7 @@ void JobTable::end(Job& job, const JobEvent::Ended& ended, Aftermath& after) {
   job.needs.reset();  // At once: who is told of the end may delete it.
   unfinished_bytes_ -= job.film_bytes;
   if (job.film) ended_bytes_ += job.film_bytes;
-  tell_waiters(job, after);
+  tell(job.waiters, after);
   job.among_ended = job.spare_nodes.begin();
   ended_.splice(ended_.end(), job.spare_nodes, job.among_ended);
   if (job.film) {
@@ -404,9 +406,9 @@ void JobTable::end(Job& job, const JobEvent::Ended& ended, Aftermath& after) {
   }
 }
 
-void JobTable::tell_waiters(Job& job, Aftermath& after) {
-  while (job.waiters) {
-    Waiter& waiter = *std::exchange(job.waiters, job.waiters->next);
+void JobTable::tell(Waiter*& waiters, Aftermath& after) {
+  while (waiters) {
+    Waiter& waiter = *std::exchange(waiters, waiters->next);
     waiter.next = std::exchange(after.told, &waiter);
   }
 }
@@ -417,9 +419,13 @@ JobEvent JobTable::now(const Job& job, decltype(JobEvent::what) what) {
 
 void JobTable::write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
                      const std::function<void(const Outcome&)>& then) {
-  const bool is_removed = std::holds_alternative<JobEvent::Removed>(event.what);
-  journal_->append({id, std::string(kind_of(event)), event.time, [event] { return body_of(event); }, on_failure,
-                    is_awaited, is_removed, then});
+  Journal::Append entry{
+      id, std::string(kind_of(event)), event.time, [event] { return body_of(event); }, on_failure, is_awaited};
+  entry.removes_others = std::holds_alternative<JobEvent::Removed>(event.what);
+  entry.removes_image = std::holds_alternative<JobEvent::ImageGone>(event.what);
+  if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what)) entry.image = ended->image;
+  entry.done = then;
+  journal_->append(std::move(entry));
 }
 
 JobTable::Told JobTable::write_and_tell(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure,
@@ -545,12 +551,15 @@ bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse
   return happen(*job, JobEvent::Rendering{std::move(structure)});
 }
 
-bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure, bool has_image) {
+bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure, const KeptImage& image) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
   Job* job = find_at_work(id);
+  const bool has_image = image.on_disk || image.for_journal;
   if (job && job->is_written && forget_ && !has_image) return false;
-  return job && finish(*job, {JobState::completed, "", std::move(structure), has_image}, after);
+  JobEvent::Ended how{JobState::completed, "", std::move(structure), has_image};
+  how.image = image.for_journal;
+  return job && finish(*job, std::move(how), after);
 }
 
 bool JobTable::fail(const std::string& id, std::string why) {
@@ -673,7 +682,7 @@ JobTable::Retry JobTable::claim(const RetryKey& key) {
     const Job& job = jobs_.find(known->second)->second;
     if (job.view.order->retry != key) return {Retry::Is::another_request};
     // Until it is there for good, whoever sent it first may yet be told that it was refused.
-    return claimed_.contains(key.key) ? Retry{Retry::Is::in_progress} : Retry{Retry::Is::known, known->second};
+    return job.is_settled ? Retry{Retry::Is::known, known->second} : Retry{Retry::Is::in_progress};
   }
   if (!claimed_.insert(key.key).second) return {Retry::Is::in_progress};
   const auto give_back = [this](const std::string* claimed) {
@@ -745,7 +754,7 @@ void JobTable::shut_down() {
     if (job.is_written) {
       job.is_suspended = true;
       job.stop.request_stop();
-      tell_waiters(job, after);
+      tell(job.waiters, after);
     } else {
       apply_now(id, now(job, JobEvent::Ended{JobState::canceled}), after);
     }
@@ -763,7 +772,8 @@ void JobTable::restore(const std::string& id, const JobEvent& event) {
   }
   apply(id, event, after);
   if (!std::holds_alternative<JobEvent::Queued>(event.what)) return;
-  jobs_.find(id)->second.is_written = true;
+  Job& job = jobs_.find(id)->second;
+  job.is_written = job.is_settled = true;
   last_time_ = std::max(last_time_, time_of(id));
 }
 

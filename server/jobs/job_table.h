@@ -30,6 +30,12 @@ namespace tessera::server {
 /// `not_found`, as one says of a job that isn't there.
 proto::Problem no_such_job();
 
+/// Where the image of a job that completes lies.
+struct KeptImage {
+  bool on_disk = false;
+  std::shared_ptr<const std::string> for_journal = nullptr;  ///< Or it goes there with the job's end.
+};
+
 /// All jobs, and the one place where their states change: queued → preparing → rendering → completed | failed |
 /// canceled, an end being reachable from every state that isn't one. Jobs that have ended stay until they are
 /// deleted, or more jobs have ended since than are kept; their images also give way to those of new jobs, the one that
@@ -57,6 +63,9 @@ class JobTable {
   ~JobTable();
   JobTable(const JobTable&) = delete;
 
+  using Outcome = std::optional<proto::Problem>;
+  using Told = std::shared_future<Outcome>;
+
   /// How a job that has been admitted is worked on.
   struct Admitted {
     std::string id;
@@ -64,13 +73,15 @@ class JobTable {
     std::shared_ptr<Progress> progress;
     /// What its passes take is counted until no copy of this is left, however the job ends meanwhile.
     std::shared_ptr<const void> passes_memory;
+    /// Of one that is to be written down: what became of that. One that can't be is there no longer by then.
+    Told written = {};
   };
 
   /// Adds a queued job, or refuses: `too_many_jobs`, `out_of_memory_budget` when those that haven't ended leave no
   /// memory for its image, `shutting_down`; `quota_exceeded` where the order's owner has `most_of_owner` jobs that
   /// haven't ended. What it `needs` is let go when it ends. One that isn't `kept` ends when nobody holds it any more.
-  /// One that is waits to be written down, and is refused when it can't be: `insufficient_storage`,
-  /// `storage_unavailable`.
+  /// One that is, is refused later when it can't be written down (`Admitted::written`): `insufficient_storage`,
+  /// `storage_unavailable`. No client may be told of it before.
   proto::Result<Admitted> add(JobOrder order, bool kept = true,
                               std::optional<std::uint32_t> most_of_owner = std::nullopt,
                               std::shared_ptr<const void> needs = nullptr);
@@ -93,18 +104,20 @@ class JobTable {
   /// ended; refused like one that is added, and then it isn't kept.
   proto::Result<bool> keep(const std::string& id);
 
-  /// Who waits for the end of a job.
+  /// Who waits for a job.
   struct Waiter {
-    /// Called once, by whatever thread ends the job.
-    virtual void job_has_ended() noexcept = 0;
+    /// Called once, by whatever thread brings the job so far.
+    virtual void told() noexcept = 0;
     Waiter* next = nullptr;
 
    protected:
     ~Waiter() = default;
   };
-  /// From now on `waiter` waits, and lives until it has been told. False, and it doesn't wait, when the job has ended
-  /// or isn't there, or won't end before this daemon does. Takes no memory.
-  bool wait(const std::string& id, Waiter& waiter);
+  /// What is waited for: that it is settled whether the job is in the journal, or that it has ended.
+  enum class Until { written, ended };
+  /// From now on `waiter` waits, and lives until it has been told. False, and it doesn't wait, when the job is so far,
+  /// isn't there, or won't end before this daemon does. Takes no memory.
+  bool wait(const std::string& id, Waiter& waiter, Until until = Until::ended);
   /// `waiter` waits no longer; false when it has been told meanwhile, or is being told.
   bool stop_waiting(const std::string& id, Waiter& waiter);
 
@@ -119,9 +132,11 @@ class JobTable {
   bool set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
                 std::shared_ptr<const ObjectMarks> tested);
   bool start_rendering(const std::string& id, std::optional<StructureUse> structure, std::shared_ptr<const Film> film);
-  /// `structure` is what it has come to be by the end; `has_image` when the image is on disk, which that of a job that
-  /// is written down has to be, where files are kept: false. Such a job completes a moment later.
-  bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt, bool has_image = false);
+  /// `structure` is what it has come to be by the end. Where files are kept, the image of a job that is written down
+  /// has to be on disk, or to go into the journal with its end: false where neither is so. Such a job completes a
+  /// moment later.
+  bool complete(const std::string& id, std::optional<StructureUse> structure = std::nullopt,
+                const KeptImage& image = {});
   /// Takes no memory.
   bool fail(const std::string& id, std::string why);
 
@@ -213,19 +228,17 @@ class JobTable {
   std::optional<Admitted> take_up(const std::string& id);
 
  private:
-  using Outcome = std::optional<proto::Problem>;
-  using Told = std::shared_future<Outcome>;
-
   struct Job {
     JobView view;
     bool kept = true;
     std::shared_ptr<const void> needs;  ///< Until it ends.
-    bool is_written = false;            ///< In the journal.
+    bool is_written = false;            ///< In the journal, or about to be:
+    bool is_settled = false;            ///< there for good.
     bool is_suspended = false;          ///< No work is done on it: the next daemon goes on.
     bool has_image = false;             ///< On disk.
     Told ending;                        ///< Once its end waits to be written; it tells what became of that.
     std::uint32_t holds = 0;
-    Waiter* waiters = nullptr;  ///< A list through `next`.
+    Waiter *waiters = nullptr, *writing_waiters = nullptr;  ///< Lists through `next`.
     std::shared_ptr<Progress> progress;
     std::stop_source stop;
     std::uint64_t film_bytes;            ///< Of its image, or set aside for it.
@@ -265,7 +278,7 @@ class JobTable {
   void begin_again(Job& job, Aftermath& after);
   void give_up_image(Job& job, Aftermath& after);
   void forget_files(const Job& job, Aftermath& after);
-  static void tell_waiters(Job& job, Aftermath& after);
+  static void tell(Waiter*& waiters, Aftermath& after);
 
   // What happens:
 
@@ -282,7 +295,7 @@ class JobTable {
   bool finish(Job& job, JobEvent::Ended how, Aftermath& after);
   void has_been_written(const std::string& id, const JobEvent& end, const Outcome& outcome);
   /// A job that couldn't be written down was never there.
-  void take_back(const std::string& id);
+  void has_been_queued(const std::string& id, const Outcome& outcome);
   /// Forgets those that ended first, if there are too many.
   void forget_oldest(Aftermath& after);
   /// Forgets a job that has ended.

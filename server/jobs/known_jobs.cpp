@@ -88,11 +88,12 @@ Result<HeldJob> find_or_start(Services& services, const std::string& key, bool i
     auto job = prepare(unwanted);
     if (!job) return {job.problem(), std::nullopt};
     job->parsing = Clock::now() - begin;
-    auto id = start_job(services, *job, false);
-    if (!id) return {id.problem(), std::nullopt};
+    const auto started = start_job(services, *job, false);
+    if (!started) return {started.problem(), std::nullopt};
     has_started = true;
-    const auto bytes = is_kept_known ? std::optional<std::uint64_t>(id->size()) : std::nullopt;
-    return {HeldJob{*id, services.jobs.hold(*id)}, bytes, HeldJob{*id, nullptr}};
+    const std::string& id = started->id;
+    const auto bytes = is_kept_known ? std::optional<std::uint64_t>(id.size()) : std::nullopt;
+    return {HeldJob{id, services.jobs.hold(id)}, bytes, HeldJob{id, nullptr}};
   };
   for (;;) {
     auto known = services.known_jobs.get(owners_key, make, abandoned);

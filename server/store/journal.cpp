@@ -32,6 +32,7 @@ constexpr const char* kMigrations[] = {
     "CREATE TABLE events(seq INTEGER PRIMARY KEY, job TEXT NOT NULL, kind TEXT NOT NULL, time INTEGER NOT NULL, "
     "body TEXT NOT NULL) STRICT;"
     "CREATE INDEX events_by_job ON events(job);",
+    "CREATE TABLE images(job TEXT PRIMARY KEY, image BLOB NOT NULL) STRICT, WITHOUT ROWID;",
 };
 
 }  // namespace
@@ -55,7 +56,9 @@ class JournalDatabase {
     throw Error(file.string() + ": " + why, false);
   }
   ~JournalDatabase() {
-    for (sqlite3_stmt* statement : {insert_, remove_, select_}) ::sqlite3_finalize(statement);
+    for (sqlite3_stmt* statement :
+         {insert_, remove_, select_, insert_image_, remove_image_, select_image_, list_images_})
+      ::sqlite3_finalize(statement);
     ::sqlite3_close_v2(database_);
   }
   JournalDatabase(const JournalDatabase&) = delete;
@@ -92,6 +95,43 @@ class JournalDatabase {
     check(::sqlite3_bind_int64(insert_, 4, time.count()));
     bind(insert_, 5, body);
     step(insert_);
+  }
+
+  void insert_image(const std::string& job, const std::string& image) {
+    prepare(insert_image_, "INSERT OR REPLACE INTO images VALUES(?, ?)");
+    bind(insert_image_, 1, job);
+    check(::sqlite3_bind_blob(insert_image_, 2, image.data(), static_cast<int>(image.size()), SQLITE_STATIC));
+    step(insert_image_);
+  }
+
+  void remove_image(const std::string& job) {
+    prepare(remove_image_, "DELETE FROM images WHERE job = ?");
+    bind(remove_image_, 1, job);
+    step(remove_image_);
+  }
+
+  std::optional<std::string> image(const std::string& job) {
+    prepare(select_image_, "SELECT image FROM images WHERE job = ?");
+    bind(select_image_, 1, job);
+    std::optional<std::string> image;
+    const int result = ::sqlite3_step(select_image_);
+    if (result == SQLITE_ROW) {
+      const auto* bytes = static_cast<const char*>(::sqlite3_column_blob(select_image_, 0));
+      image.emplace(bytes ? bytes : "", static_cast<std::size_t>(::sqlite3_column_bytes(select_image_, 0)));
+    }
+    ::sqlite3_reset(select_image_);
+    if (result != SQLITE_ROW && result != SQLITE_DONE) check(result);
+    return image;
+  }
+
+  std::vector<std::string> images() {
+    prepare(list_images_, "SELECT job FROM images ORDER BY job");
+    std::vector<std::string> jobs;
+    int result = SQLITE_ROW;
+    while ((result = ::sqlite3_step(list_images_)) == SQLITE_ROW) jobs.push_back(column(list_images_, 0));
+    ::sqlite3_reset(list_images_);
+    if (result != SQLITE_DONE) check(result);
+    return jobs;
   }
 
   std::vector<JournalEntry> since(std::uint64_t seq, std::size_t limit) {
@@ -157,6 +197,7 @@ class JournalDatabase {
   struct stat opened_ {};
   sqlite3* database_ = nullptr;
   sqlite3_stmt *insert_ = nullptr, *remove_ = nullptr, *select_ = nullptr;
+  sqlite3_stmt *insert_image_ = nullptr, *remove_image_ = nullptr, *select_image_ = nullptr, *list_images_ = nullptr;
 };
 
 namespace {
@@ -166,7 +207,8 @@ std::unique_ptr<JournalDatabase> open_journal(const std::filesystem::path& file)
   auto database = std::make_unique<JournalDatabase>(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   // With FULL each transaction is synced before it counts. NORMAL would sync at checkpoints alone, so that a power cut
   // takes back what clients have been told; EXTRA differs from FULL only where there is no write-ahead log.
-  database->run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;");
+  // The log grows to some 32 MiB before it is brought into the file, which takes several syncs.
+  database->run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA wal_autocheckpoint = 8192;");
   if (const std::string said = database->text("PRAGMA quick_check(1)"); said != "ok")
     throw std::runtime_error(file.string() + " is damaged: " + said);
   const std::uint64_t version = database->number("PRAGMA user_version"), newest = std::size(kMigrations);
@@ -220,9 +262,25 @@ std::uint64_t Journal::append(Append entry) {
   return seq;
 }
 
+void Journal::remove_image(const std::string& job) {
+  Append entry{job, "image_gone", std::chrono::system_clock::now(), nullptr};
+  entry.removes_image = true;
+  append(std::move(entry));
+}
+
 std::vector<JournalEntry> Journal::since(std::uint64_t seq, std::size_t limit) const {
   const std::lock_guard lock(reading_mutex_);
   return reading_->since(seq, limit);
+}
+
+std::optional<std::string> Journal::image(const std::string& job) const {
+  const std::lock_guard lock(reading_mutex_);
+  return reading_->image(job);
+}
+
+std::vector<std::string> Journal::images() const {
+  const std::lock_guard lock(reading_mutex_);
+  return reading_->images();
 }
 
 std::optional<Problem> Journal::trouble() const {
@@ -269,6 +327,8 @@ std::optional<Problem> Journal::write(const std::vector<Waiting>& batch) try {
     writing_->run("BEGIN IMMEDIATE");
     for (const auto& [seq, entry] : batch) {
       if (entry.removes_others) writing_->remove(entry.job);
+      if (entry.removes_others || entry.removes_image) writing_->remove_image(entry.job);
+      if (entry.image) writing_->insert_image(entry.job, *entry.image);
       writing_->insert(seq, entry, entry.body ? entry.body() : "{}");
     }
     writing_->run("COMMIT");

@@ -29,9 +29,10 @@ struct JournalEntry {
 };
 
 /// What happened to jobs, in the order in which it did, on disk: an embedded SQLite database. Entries are only
-/// appended; those of a job that has been removed go, but for the one that says so. One thread writes, and takes all
-/// that has queued up meanwhile into one transaction, so that a disk that syncs slowly still takes many jobs a second.
-/// Safe to call from any number of threads; `append` may be called with a mutex held, as it waits for nothing.
+/// appended; those of a job that has been removed go, but for the one that says so. Small images lie beside them, so
+/// that a job's end and its image are one write to the disk. One thread writes, and takes all that has queued up
+/// meanwhile into one transaction, so that a disk that syncs slowly still takes many jobs a second. Safe to call from
+/// any number of threads; `append` may be called with a mutex held, as it waits for nothing.
 class Journal {
  public:
   /// Opens it, or makes a new one, or brings one of an older version up to date. Throws std::runtime_error when it
@@ -51,7 +52,10 @@ class Journal {
     std::function<std::string()> body;  ///< Makes it, on the thread that writes.
     OnFailure on_failure = OnFailure::retry;
     bool is_awaited = false;      ///< Otherwise it may lie for a moment, to be written with others.
-    bool removes_others = false;  ///< All other entries of the job go with it.
+    bool removes_others = false;  ///< All other entries of the job go with it, and its image.
+    bool removes_image = false;
+    /// The job's image, where it is to be kept beside the entries.
+    std::shared_ptr<const std::string> image = nullptr;
     /// Called after each try, on the thread that writes, in the order of `seq`: with nothing once it is there for good,
     /// a power cut notwithstanding, and with what is in the way otherwise. It may append.
     std::function<void(const std::optional<proto::Problem>&)> done = nullptr;
@@ -59,8 +63,16 @@ class Journal {
   /// Its `seq`, which is greater than those of all before.
   std::uint64_t append(Append entry);
 
+  /// Has a job's image go, some time.
+  void remove_image(const std::string& job);
+
   /// At most `limit` entries with a greater `seq`, in order. Throws std::runtime_error when they can't be read.
   std::vector<JournalEntry> since(std::uint64_t seq, std::size_t limit) const;
+
+  /// The image that was appended for a job; nothing where there is none. Throws as `since` does.
+  std::optional<std::string> image(const std::string& job) const;
+  /// The jobs that have one, in order. Throws as `since` does.
+  std::vector<std::string> images() const;
 
   /// Why the last try to write failed; nothing when it didn't.
   std::optional<proto::Problem> trouble() const;

@@ -138,8 +138,7 @@ class DurabilityTest(unittest.TestCase):
 
     def test_a_job_whose_scene_has_gone_fails_and_says_so(self):
         daemon = self.start("--threads", "1")
-        first = daemon.submit(endless_job())
-        job = daemon.submit(SMALL_JOB)
+        first, job = daemon.submit(endless_job()), daemon.submit(endless_job())
         daemon.kill()
         scenes = os.path.join(self.data_dir, "scenes")
         for name in os.listdir(scenes):
@@ -164,22 +163,48 @@ class DurabilityTest(unittest.TestCase):
         self.assertEqual(reply.status, 200, reply.body)
         return reply.body
 
+    def in_journal(self, *statement):
+        with contextlib.closing(sqlite3.connect(os.path.join(self.data_dir, "journal.db"))) as journal, journal:
+            return journal.execute(*statement).fetchall()
+
+    def images_on_disk(self):
+        """Of these jobs: small ones lie in the journal, the others are files."""
+        files = {name.removesuffix(".film") for name in os.listdir(os.path.join(self.data_dir, "images"))}
+        return files | {job for (job,) in self.in_journal("SELECT job FROM images")}
+
+    def damage_image(self, job):
+        """By a bit."""
+        path = os.path.join(self.data_dir, "images", f"{job}.film")
+        if os.path.exists(path):
+            with open(path, "r+b") as file:
+                file.seek(1000)
+                byte = file.read(1)
+                file.seek(1000)
+                file.write(bytes([byte[0] ^ 1]))
+            return
+        ((image,),) = self.in_journal("SELECT image FROM images WHERE job = ?", (job,))
+        damaged = image[:1000] + bytes([image[1000] ^ 1]) + image[1001:]
+        self.in_journal("UPDATE images SET image = ? WHERE job = ?", (damaged, job))
+
     def test_images_are_there_again_to_the_last_bit(self):
         daemon = self.start()
         document = noisy_job()
         document["settings"]["aovs"] = ["depth", "object_id", "normal", "alpha", "variance"]
-        jobs = [daemon.submit(document), daemon.submit(noisy_job(1, 30, 1))]
+        jobs = [daemon.submit(document), daemon.submit(noisy_job(1, 30, 1)), daemon.submit(noisy_job(1, 128, 128))]
         for job in jobs:
             daemon.wait_ended(job)
         images = [self.image(daemon, job) for job in jobs]
         tags = [daemon.request("HEAD", f"/v1/jobs/{job}/image").headers["ETag"] for job in jobs]
         daemon = self.restarted(daemon)
-        self.assertEqual([daemon.status(job)["image"] for job in jobs], ["complete", "complete"])
+        self.assertEqual([daemon.status(job)["image"] for job in jobs], ["complete"] * 3)
         self.assertEqual([self.image(daemon, job) for job in jobs], images)
         again = [daemon.request("HEAD", f"/v1/jobs/{job}/image").headers["ETag"] for job in jobs]
         self.assertEqual(again, tags)
         self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{jobs[0]}").status, 204)
-        self.assertEqual(os.listdir(os.path.join(self.data_dir, "images")), [f"{jobs[1]}.film"])
+        self.assertEqual(self.images_on_disk(), {jobs[1], jobs[2]})
+        self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{jobs[2]}").status, 204)
+        self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{jobs[1]}").status, 204)
+        self.assertEqual(self.images_on_disk(), set())
 
     def test_images_that_memory_has_no_room_for_are_on_disk(self):
         room = 64 * 64 * 12 * 3
@@ -194,39 +219,40 @@ class DurabilityTest(unittest.TestCase):
 
     def test_a_damaged_image_is_rendered_again(self):
         daemon = self.start("--image-cache", "0")
-        job, timed = daemon.submit(noisy_job()), noisy_job(1)
+        timed = noisy_job(1)
         timed["settings"] = {"until": {"seconds": 0.2}}
         timed = daemon.submit(timed)
-        daemon.wait_ended(job)
-        daemon.wait_ended(timed)
-        image = self.image(daemon, job)
+        jobs = [daemon.submit(noisy_job(seed, size, size)) for seed, size in ((0, 64), (1, 128))]
+        for job in (*jobs, timed):
+            daemon.wait_ended(job)
+        images = [self.image(daemon, job) for job in jobs]
         daemon.kill()
-        for damaged in (job, timed):
-            with open(os.path.join(self.data_dir, "images", f"{damaged}.film"), "r+b") as file:
-                file.seek(1000)
-                byte = file.read(1)
-                file.seek(1000)
-                file.write(bytes([byte[0] ^ 1]))
+        for job in (*jobs, timed):
+            self.damage_image(job)
         daemon = self.start("--image-cache", "0")
-        reply = daemon.request("GET", f"/v1/jobs/{job}/image?format=exr&aov=all")
-        self.assertEqual(reply.status, 409, reply.body)
-        self.assertEqual(daemon.wait_ended(job)["state"], "completed")
-        self.assertEqual(self.image(daemon, job), image)
+        for job, image in zip(jobs, images):
+            reply = daemon.request("GET", f"/v1/jobs/{job}/image?format=exr&aov=all")
+            self.assertEqual(reply.status, 409, reply.body)
+            self.assertEqual(daemon.wait_ended(job)["state"], "completed")
+            self.assertEqual(self.image(daemon, job), image)
         self.assertEqual(daemon.request("GET", f"/v1/jobs/{timed}/image").status, 410)
         self.assertEqual(daemon.status(timed)["image"], "gone")
-        self.assertEqual(len(os.listdir(os.path.join(self.data_dir, "set-aside"))), 2)
+        self.assertEqual(len(os.listdir(os.path.join(self.data_dir, "set-aside"))), 3)
         self.assertIn("damaged", daemon.log())
 
     def test_an_image_that_has_been_removed_is_rendered_again(self):
         daemon = self.start()
-        job = daemon.submit(noisy_job())
-        daemon.wait_ended(job)
-        image = self.image(daemon, job)
+        jobs = [daemon.submit(noisy_job(0, size, size)) for size in (64, 128)]
+        for job in jobs:
+            daemon.wait_ended(job)
+        images = [self.image(daemon, job) for job in jobs]
         daemon.kill()
-        os.remove(os.path.join(self.data_dir, "images", f"{job}.film"))
+        os.remove(os.path.join(self.data_dir, "images", f"{jobs[1]}.film"))
+        self.in_journal("DELETE FROM images")
         daemon = self.start()
-        self.assertEqual(daemon.wait_ended(job)["state"], "completed")
-        self.assertEqual(self.image(daemon, job), image)
+        for job, image in zip(jobs, images):
+            self.assertEqual(daemon.wait_ended(job)["state"], "completed")
+            self.assertEqual(self.image(daemon, job), image)
 
     def test_a_full_disk_holds_jobs_up_and_loses_none(self):
         daemon = self.start("--threads", "1")

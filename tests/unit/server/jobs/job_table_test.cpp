@@ -329,7 +329,7 @@ TEST(JobTable, ListsInOrderOfArrival) {
 
 struct CountsEnds final : JobTable::Waiter {
   explicit CountsEnds(JobTable& its_table) : table(its_table) {}
-  void job_has_ended() noexcept override {
+  void told() noexcept override {
     ++ends;
     table.list("", 1, std::nullopt);  // Which the table's lock mustn't be held for.
   }
@@ -414,13 +414,12 @@ std::vector<std::string> restore(const Journal& journal, JobTable& table) {
   return table.queue_again(needs_nothing);
 }
 
-/// Waits for a job's end.
-void await(JobTable& table, const std::string& id) {
+void await(JobTable& table, const std::string& id, JobTable::Until until = JobTable::Until::ended) {
   struct Told final : JobTable::Waiter {
-    void job_has_ended() noexcept override { promise.set_value(); }
+    void told() noexcept override { promise.set_value(); }
     std::promise<void> promise;
   } told;
-  if (table.wait(id, told)) told.promise.get_future().get();
+  if (table.wait(id, told, until)) told.promise.get_future().get();
 }
 
 TEST(JournaledJobs, NeedWhatTheyNeededAgain) {
@@ -510,8 +509,14 @@ TEST(JournaledJobs, AreRefusedWhereTheyCannotBeWrittenDown) {
   const std::string running = (*table.add(written_order())).id, held = (*table.add(written_order(), false)).id;
   const auto hold = table.hold(held);
   ASSERT_TRUE(table.start_preparing(running) && table.start_rendering(running, std::nullopt, film()));
+  await(table, running, JobTable::Until::written);
   std::filesystem::rename(file, aside);
-  EXPECT_EQ(table.add(written_order()).problem().code, ProblemCode::storage_unavailable);
+  const auto refused = table.add(written_order());
+  ASSERT_TRUE(refused);
+  await(table, refused->id, JobTable::Until::written);
+  ASSERT_TRUE(refused->written.get());
+  EXPECT_EQ(refused->written.get()->code, ProblemCode::storage_unavailable);
+  EXPECT_TRUE(refused->stop.stop_requested());
   EXPECT_EQ(table.list("", 10, std::nullopt).size(), 2U);
   EXPECT_EQ(table.keep(held).problem().code, ProblemCode::storage_unavailable);
   ASSERT_TRUE(table.complete(running));
@@ -521,6 +526,23 @@ TEST(JournaledJobs, AreRefusedWhereTheyCannotBeWrittenDown) {
   EXPECT_EQ(state(table, running), JobState::completed);
   const auto kept = table.keep(held);
   EXPECT_TRUE(kept && *kept);
+}
+
+TEST(JournaledJobs, AreWaitedForUntilTheyAreWrittenDown) {
+  const TemporaryFolder folder;
+  Journal journal(folder.path() / "journal.db");
+  JobTable table(kRoomy, &journal);
+  const auto added = table.add(written_order());
+  await(table, added->id, JobTable::Until::written);
+  EXPECT_FALSE(added->written.get());
+  ASSERT_EQ(journal.since(0, 10).size(), 1U);
+  struct Never final : JobTable::Waiter {
+    void told() noexcept override { FAIL(); }
+  } never;
+  EXPECT_FALSE(table.wait(added->id, never, JobTable::Until::written)) << "it is so far";
+  EXPECT_FALSE(table.wait((*table.add(written_order(), false)).id, never, JobTable::Until::written));
+  EXPECT_TRUE(table.wait(added->id, never));
+  EXPECT_TRUE(table.stop_waiting(added->id, never));
 }
 
 TEST(JournaledJobs, WhatIsKeptLaterHasAllOfItsStory) {
@@ -574,7 +596,7 @@ TEST(JournaledJobs, ImagesOnDiskStayWhenMemoryIsNeeded) {
   ASSERT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()));
   EXPECT_FALSE(table.complete(id)) << "its image isn't on disk";
   EXPECT_TRUE(table.is_unfinished(id));
-  ASSERT_TRUE(table.complete(id, std::nullopt, true));
+  ASSERT_TRUE(table.complete(id, std::nullopt, {.on_disk = true}));
   await(table, id);
   EXPECT_TRUE(*table.film(id));
   const std::string next = (*table.add(written_order())).id;
@@ -590,7 +612,7 @@ TEST(JournaledJobs, ImagesOnDiskStayWhenMemoryIsNeeded) {
   EXPECT_FALSE(watched.expired());
   EXPECT_FALSE(table.render_again(id, nullptr));
   ASSERT_TRUE(table.start_preparing(id) && table.start_rendering(id, std::nullopt, film()));
-  ASSERT_TRUE(table.complete(id, std::nullopt, true));
+  ASSERT_TRUE(table.complete(id, std::nullopt, {.on_disk = true}));
   await(table, id);
   EXPECT_TRUE(watched.expired());
   table.let_image_go(id);

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "client/doctor.h"
+#include "proto/wire/given_memory.h"
 
 namespace tessera::client {
 namespace {
@@ -71,37 +72,18 @@ std::optional<std::string> holder_of(const fs::path& lock) {
   return std::nullopt;
 }
 
-/// The tightest limit of a process's cgroup and of those above it (cgroup v2); nothing where there is none.
-std::optional<double> cgroup_limit(const std::string& process) {
-  std::ifstream file("/proc/" + process + "/cgroup");
-  std::optional<double> least;
-  for (std::string line; std::getline(file, line);) {
-    if (!line.starts_with("0::/")) continue;
-    const fs::path root = "/sys/fs/cgroup";
-    for (fs::path at = root / line.substr(4);; at = at.parent_path()) {
-      double bytes = 0;
-      if (std::ifstream limit(at / "memory.max"); limit >> bytes) least = std::min(bytes, least.value_or(bytes));
-      if (at == root || !at.has_relative_path()) break;
-    }
-  }
-  return least;
-}
-
 Finding memory_finding(const std::string& process, const std::map<std::string, double>& metrics) {
-  double wanted = 0;
-  for (const auto& [name, value] : metrics)
-    if (name == "tessera_film_memory_limit_bytes" || name.starts_with("tessera_cache_limit_bytes")) wanted += value;
-  const double machine = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
-  const auto limit = cgroup_limit(process);
-  const double given = std::min(limit.value_or(machine), machine);
-  const std::string whose = limit && *limit < machine ? "its cgroup gives" : "the machine has";
+  const auto limit = metrics.find("tessera_memory_limit_bytes");
+  const double wanted = limit == metrics.end() ? 0 : limit->second;
+  const proto::GivenMemory memory = proto::given_memory(process);
+  const auto given = static_cast<double>(memory.bytes);
+  const std::string whose = memory.by_cgroup ? "its cgroup gives" : "the machine has";
   if (wanted == 0)
     return {Verdict::warn, "memory limit", whose + ' ' + in_units(given) + "; the server doesn't say what it may take",
             "ask with an admin's key"};
-  const std::string detail = "images and caches may take " + in_units(wanted) + "; " + whose + ' ' + in_units(given);
+  const std::string detail = "the server may take " + in_units(wanted) + "; " + whose + ' ' + in_units(given);
   if (wanted <= 0.8 * given) return {Verdict::ok, "memory limit", detail};
-  return {Verdict::warn, "memory limit", detail,
-          "lower --max-film-memory, --scene-cache and --structure-cache, or give it more"};
+  return {Verdict::warn, "memory limit", detail, "lower --memory, or give it more"};
 }
 
 }  // namespace

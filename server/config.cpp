@@ -10,6 +10,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "proto/wire/given_memory.h"
 #include "server/http/http_syntax.h"
 #include "server/http/request.h"
 
@@ -97,6 +98,13 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
         ->transform(CLI::AsSizeValue(true))
         ->transform(kNotNegative);
   };
+  const auto share = [&app](const std::string& name, std::uint64_t& value, const std::string& help) {
+    return app.add_option(name, value, help + " (bytes, or with a unit: 64MiB; a share of --memory without it)")
+        ->envname(variable_of(name))
+        ->take_last()
+        ->transform(CLI::AsSizeValue(true))
+        ->transform(kNotNegative);
+  };
   const auto list = [&app](const std::string& name, std::vector<std::string>& values, const std::string& help) {
     return app.add_option(name, values, help)->envname(variable_of(name))->delimiter(',')->allow_extra_args(false);
   };
@@ -130,19 +138,21 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->envname(variable_of("--access-log"));
   flag("--timeout", config.timeout, "Seconds for a request's header and for each piece of a body")
       ->check(CLI::Range(1U, 3600U));
+  size("--memory", config.memory,
+       "What the process may take of memory; 0: three quarters of what its cgroup or the machine has");
   flag("--max-connections", config.max_connections, "Most connections at once; others wait to be accepted")
       ->check(kAtLeast1);
   size("--max-body", config.max_body, "Largest JSON document")->check(kAtLeast1);
   size("--max-blob", config.max_blob, "Largest uploaded file")->check(kAtLeast1);
-  size("--max-bodies", config.max_bodies, "All JSON documents and small files in flight together")->check(kAtLeast1);
+  share("--max-bodies", config.max_bodies, "All JSON documents and small files in flight together")->check(kAtLeast1);
   flag("--max-jobs", config.max_jobs, "Most jobs that haven't ended")->check(kAtLeast1);
   flag("--max-ended-jobs", config.max_ended_jobs, "Most jobs that have ended; the oldest are forgotten")
       ->check(kAtLeast1);
-  size("--max-film-memory", config.max_film_memory, "Images of all jobs together; the oldest of ended jobs give way")
+  share("--max-film-memory", config.max_film_memory, "Images of all jobs together; the oldest of ended jobs give way")
       ->check(kAtLeast1);
-  size("--image-cache", config.image_cache, "Encoded images to keep");
-  size("--scene-cache", config.scene_cache, "Parsed scenes to keep");
-  size("--structure-cache", config.structure_cache, "Built structures and tables of lights to keep");
+  share("--image-cache", config.image_cache, "Encoded images to keep");
+  share("--scene-cache", config.scene_cache, "Parsed scenes to keep");
+  share("--structure-cache", config.structure_cache, "Built structures and tables of lights to keep");
   flag("--structure-dir", paths.structure_dir,
        "Folder where hierarchies of meshes are kept for the next start, and for other daemons; none without it");
   size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go")
@@ -161,7 +171,7 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   flag("--max-samples", config.documents.max_samples, "Most samples of an image")
       ->check(kNotNegative)
       ->check(kAtLeast1);
-  size("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene")->check(kAtLeast1);
+  share("--max-scene-memory", config.documents.max_scene_bytes, "Largest parsed scene")->check(kAtLeast1);
   app.add_flag("--drake", config.drake, "Serve POST /render, which Drake's glTF render clients speak")
       ->envname(variable_of("--drake"));
   flag("--drake-prefix", config.drake_prefix, "Path under which that is, as /drake")
@@ -175,6 +185,37 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->configurable(false);
   app.add_flag("--print-routes", config.print_routes, "Print the routes that are served and leave")
       ->configurable(false);
+}
+
+/// What is left of --memory for the program itself: its code, stacks, buffers of connections.
+constexpr std::uint64_t kOfTheProgram = 48ULL << 20;
+/// Requests that may parse a large scene at a time: as many as there are threads in the slow lane.
+constexpr std::uint64_t kParsers = 2;
+
+/// Divides --memory among all that isn't given a size of its own, and leaves the rest to what jobs work with.
+void share_memory(const CLI::App& app, Config& config) {
+  struct Share {
+    const char* flag;
+    std::uint64_t& value;
+    std::uint64_t percent;
+  };
+  const Share shares[] = {{"--max-film-memory", config.max_film_memory, 30},
+                          {"--structure-cache", config.structure_cache, 16},
+                          {"--scene-cache", config.scene_cache, 8},
+                          {"--image-cache", config.image_cache, 3},
+                          {"--max-bodies", config.max_bodies, 5},
+                          {"--max-scene-memory", config.documents.max_scene_bytes, 10}};
+  if (config.memory == 0) config.memory = proto::given_memory().bytes / 4 * 3;
+  for (const Share& share : shares)
+    if (app.get_option(share.flag)->count() == 0) share.value = config.memory / 100 * share.percent;
+  // So that a document that never fits is told so.
+  if (app.get_option("--max-bodies")->count() == 0) config.max_body = std::min(config.max_body, config.max_bodies);
+  std::uint64_t work = config.memory;
+  for (const std::uint64_t others : {config.max_film_memory, config.image_cache, config.max_bodies, kOfTheProgram,
+                                     kParsers * config.documents.max_scene_bytes})
+    work -= std::min(others, work);
+  // However the others were set, jobs can be worked on.
+  config.work_memory = std::max(work, config.memory / 8);
 }
 
 /// Whether the command line has a flag.
@@ -229,6 +270,7 @@ std::variant<Config, int> parse_config(int argc, const char* const* argv, std::o
     errors << error.what() << source_of(app, error.what(), argc, argv) << "\nRun with --help for more information.\n";
     return kUsageError;
   }
+  share_memory(app, config);
   if (config.threads == 0) config.threads = std::max(1U, std::thread::hardware_concurrency());
   config.data_dir = paths.data_dir;
   if (!paths.asset_root.empty()) config.asset_root = paths.asset_root;

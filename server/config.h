@@ -32,13 +32,15 @@ struct Config {
   std::uint32_t max_connections = 1000;
   std::uint64_t max_body = 256ULL << 20;               ///< Of one JSON document.
   std::uint64_t max_blob = 8ULL << 30;                 ///< Of one uploaded file.
-  std::uint64_t max_bodies = 1ULL << 30;               ///< Of all JSON documents and small files held at once.
+  std::uint64_t memory = 0;                            ///< For all that follows together:
+  std::uint64_t max_bodies = 0;                        ///< of all JSON documents and small files held at once,
   std::uint32_t max_jobs = 1000;                       ///< Jobs that haven't ended.
   std::uint32_t max_ended_jobs = 10000;                ///< Jobs that have ended and are still known.
-  std::uint64_t max_film_memory = 4ULL << 30;          ///< Of the images of all jobs; those of ended jobs give way.
-  std::uint64_t image_cache = 256ULL << 20;            ///< Encoded images kept for the next request.
-  std::uint64_t scene_cache = 2ULL << 30;              ///< Parsed scenes kept for the next job.
-  std::uint64_t structure_cache = 4ULL << 30;          ///< Built structures kept for the next job.
+  std::uint64_t max_film_memory = 0;                   ///< of the images of all jobs; those of ended jobs give way,
+  std::uint64_t image_cache = 0;                       ///< of encoded images kept for the next request,
+  std::uint64_t work_memory = 0;                       ///< of scenes and structures that jobs work with, among them
+  std::uint64_t scene_cache = 0;                       ///< parsed scenes kept for the next job,
+  std::uint64_t structure_cache = 0;                   ///< and built structures.
   std::optional<std::filesystem::path> structure_dir;  ///< Where they are kept for the next start, if anywhere,
   std::uint64_t max_structure_dir = 16ULL << 30;       ///< and how much of them.
   std::uint64_t max_blob_bytes = 0;                    ///< Of all uploaded files on disk; 0 is no limit.

@@ -30,9 +30,11 @@
 #include "server/http/key_ring.h"
 #include "server/http/listener.h"
 #include "server/jobs/job_runner.h"
+#include "server/jobs/job_starter.h"
 #include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/known_jobs.h"
+#include "server/jobs/ledger.h"
 #include "server/jobs/quotas.h"
 #include "server/log.h"
 #include "server/memory_reserve.h"
@@ -104,14 +106,19 @@ struct Backend {
         films(folder.images(), folder.set_aside(), journal),
         jobs(job_limits(config), &journal, [this](const std::string& id) { films.remove(id); }),
         unfinished(restore_jobs(journal, films, scenes, jobs)),
+        ledger(config.work_memory,
+               {{[this] { return structures.usage().bytes; }, [this](std::uint64_t most) { structures.shrink(most); }},
+                {[this] { return scenes.scenes_usage().bytes; }, [this](std::uint64_t most) { scenes.shrink(most); }}}),
         images(config.image_cache),
         scheduler(config.threads),
         writers(kWriters),
         runner(scheduler, structures, jobs, std::chrono::steady_clock::now, JobFiles{films, folder.tiles(), writers}),
-        services{config,     keys,   owners, quotas,    blobs,      scenes,  jobs,
-                 known_jobs, images, runner, scheduler, structures, journal, films},
+        services{config, keys,   owners, quotas,  blobs,     scenes,     jobs,    known_jobs,
+                 images, runner, ledger, starter, scheduler, structures, journal, films},
         upkeep(blobs, scenes, retention(config)) {
     remove_what_nobody_needs();
+    ledger.when_freed([this] { starter.look(); });
+    for (const std::string& id : unfinished) starter.add(id);
   }
 
   /// Of jobs that aren't there any more, or have ended.
@@ -141,11 +148,13 @@ struct Backend {
   ImageStore films;
   JobTable jobs;
   const std::vector<std::string> unfinished;  ///< Jobs of earlier daemons that hadn't ended.
+  Ledger ledger;
   KnownJobs known_jobs;
   ImageCache images;
   Scheduler scheduler;
   Scheduler writers;  ///< Of images.
   JobRunner runner;
+  JobStarter starter{services};
   Services services;
   Upkeep upkeep;  ///< Last, when jobs hold the files that they need.
 };
@@ -324,7 +333,7 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
 
   if (!backend.unfinished.empty())
     spdlog::info("{} jobs go on that an earlier daemon was asked for", backend.unfinished.size());
-  std::jthread resuming([&](const std::stop_token& stop) { resume_jobs(backend.services, backend.unfinished, stop); });
+  backend.starter.run();
 
   operation.wait_for_end(backend);
   manager.tell("STOPPING=1");
@@ -332,8 +341,7 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
   backend.services.shutting_down = true;
   ::shutdown(listening.value(), SHUT_RD);  // Nobody connects any more.
   backend.jobs.shut_down();
-  resuming.request_stop();
-  resuming.join();
+  backend.starter.stop();
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (connections.requests_active > 0 && std::chrono::steady_clock::now() < deadline)
     std::this_thread::sleep_for(kLookAgain);

@@ -18,6 +18,8 @@ class Scheduler;
 class StructureCache;
 class JobTable;
 class JobRunner;
+class JobStarter;
+class Ledger;
 class Journal;
 class ImageStore;
 
@@ -33,6 +35,8 @@ struct Services {
   KnownJobs& known_jobs;
   ImageCache& images;
   JobRunner& runner;
+  Ledger& ledger;
+  JobStarter& starter;
   Scheduler& scheduler;
   StructureCache& structures;
   Journal& journal;

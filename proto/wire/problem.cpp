@@ -58,6 +58,9 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::payload_too_large, "payload_too_large", 413, "The body is too large",
                  "The body is larger than the server takes here; GET /v1/capabilities tells the limits, and who runs "
                  "the server can raise them."},
+    ProblemEntry{ProblemCode::job_too_large, "job_too_large", 413, "The job is too large for this server",
+                 "The job's image, or its scene with the structure over it, would take more memory than the server has "
+                 "for all of them; `errors` says which, and how much. Ask for less, or have the server given more."},
     ProblemEntry{ProblemCode::target_too_long, "target_too_long", 414, "The target of the request is too long",
                  "The first line of the request is longer than any that the server knows an answer to."},
     ProblemEntry{ProblemCode::unsupported_media_type, "unsupported_media_type", 415,

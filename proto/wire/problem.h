@@ -30,6 +30,7 @@ enum class ProblemCode {
   image_gone,
   gone,
   payload_too_large,
+  job_too_large,
   target_too_long,
   unsupported_media_type,
   expectation_failed,

@@ -13,7 +13,9 @@
 #include "server/handlers/handlers.h"
 #include "server/handlers/image_choice.h"
 #include "server/jobs/job_runner.h"
+#include "server/jobs/job_starter.h"
 #include "server/jobs/job_table.h"
+#include "server/jobs/ledger.h"
 #include "server/log.h"
 #include "server/store/disk_health.h"
 #include "server/store/journal.h"
@@ -62,12 +64,18 @@ std::vector<ReadinessCheck> readiness_checks(Services& services) {
   const auto refusal = services.jobs.refusal(Settings{});
   const auto why = [&](proto::ProblemCode code) { return refusal && refusal->code == code ? refusal->detail : ""; };
   std::string memory = why(proto::ProblemCode::out_of_memory_budget), queue = why(proto::ProblemCode::too_many_jobs);
-  return {
-      {"disk", std::move(disk.problem), {{"free_bytes", disk.free_bytes}, {"least_free_bytes", least_free}}},
-      {"memory",
-       std::move(memory),
-       {{"unfinished_bytes", jobs.unfinished_bytes + jobs.passes_bytes}, {"limit_bytes", jobs.limits.film_bytes}}},
-      {"queue", std::move(queue), {{"unfinished_jobs", jobs.unfinished}, {"limit_jobs", jobs.limits.unfinished_jobs}}}};
+  return {{"disk", std::move(disk.problem), {{"free_bytes", disk.free_bytes}, {"least_free_bytes", least_free}}},
+          {"memory",
+           std::move(memory),
+           {{"unfinished_bytes", jobs.unfinished_bytes + jobs.passes_bytes},
+            {"limit_bytes", jobs.limits.film_bytes},
+            {"work_bytes", services.ledger.booked()},
+            {"work_limit_bytes", services.ledger.limit()}}},
+          {"queue",
+           std::move(queue),
+           {{"unfinished_jobs", jobs.unfinished},
+            {"waiting_for_memory", services.starter.waiting()},
+            {"limit_jobs", jobs.limits.unfinished_jobs}}}};
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "core/scene/settings.h"
 #include "proto/wire/job_status.h"
 #include "proto/wire/sha256.h"
+#include "server/jobs/ledger.h"
 #include "server/store/structure_cache.h"
 
 namespace tessera::server {
@@ -109,6 +110,7 @@ struct JobOrder {
   /// What was asked for, as a job's document that names the scene by its hash: who reads it comes to the same order.
   std::string document = {};
   std::optional<RetryKey> retry = {};
+  Ledger::Need need = {};  ///< Of the memory to work on it.
 };
 
 /// The structure that a job traces, in figures.

@@ -21,6 +21,7 @@
 #include "server/http/lane.h"
 #include "server/jobs/job_event.h"
 #include "server/jobs/job_runner.h"
+#include "server/jobs/job_starter.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/quotas.h"
 #include "server/store/image_store.h"
@@ -56,12 +57,21 @@ proto::Result<proto::ParsedScene> scene_of(Services& services, proto::JobRequest
   return found;
 }
 
-/// An image that wouldn't fit if there were no other: waiting doesn't help.
+/// What wouldn't fit if there were no other job: waiting doesn't help.
+Problem too_large_for(const Ledger& ledger, const Ledger::Need& need) {
+  return {ProblemCode::job_too_large,
+          "The scene is too large for this server.",
+          {{"/scene", "Its geometry and the structure over it may take " + std::to_string(need.bytes()) + " of the " +
+                          std::to_string(ledger.limit()) +
+                          " bytes that the server has for that; send less, or have it given more (--memory)."}}};
+}
+
+/// The same of the image.
 std::optional<Problem> refuse_size(const Settings& settings, const Config& config) {
   const std::uint64_t bytes = image_bytes(settings) + passes_bytes(settings);
   if (bytes <= config.max_film_memory) return std::nullopt;
   return Problem{
-      ProblemCode::invalid_document,
+      ProblemCode::job_too_large,
       "The image is too large for this server.",
       {{"/image", "Its " + std::to_string(bytes) + " bytes exceed the " + std::to_string(config.max_film_memory) +
                       " that the server has for images; ask for fewer pixels or AOVs."}}};
@@ -99,7 +109,8 @@ std::string order_document(std::string_view document, const proto::JobRequest& j
   return order + '}';
 }
 
-/// A job that the table has, as it was prepared when it came.
+}  // namespace
+
 proto::Result<PreparedJob> prepare_again(Services& services, const JobOrder& order, const std::stop_token& stop) {
   const auto job = read_order_document(order.document);
   if (!job) return job.problem();
@@ -110,8 +121,6 @@ proto::Result<PreparedJob> prepare_again(Services& services, const JobOrder& ord
       frame_scene(*scene->scene, order.settings.width, order.settings.height, camera.value_or(kUnplacedCamera));
   return PreparedJob{order.name, *scene, placed, order.settings, {}, order.parsing, order.document};
 }
-
-}  // namespace
 
 bool may_use_scene(Services& services, const Principal& who, const proto::ContentHash& hash) {
   return who.may(proto::Scope::admin) || services.owners.has(who.owner, hash) ||
@@ -148,21 +157,33 @@ std::optional<Problem> keep_scene(Services& services, const PreparedJob& job, st
 }
 
 proto::Result<JobTable::Admitted> start_job(Services& services, const PreparedJob& job, bool kept) {
+  const Ledger::Need need = memory_need(job);
+  if (need.bytes() > services.ledger.limit()) return too_large_for(services.ledger, need);
+  // While others wait, one more does: it doesn't go before them.
+  auto memory = kept && services.starter.has_waiting() ? nullptr : services.ledger.book(need);
+  if (!memory && !kept)
+    return Problem{ProblemCode::out_of_memory_budget,
+                   "The jobs at work leave no memory for this one; send it again when some have ended.",
+                   {}};
   // Once it is admitted, whatever fails, fails the job.
   const JobOrder order{job.name,     job.scene.hash, job.scene.scene->warnings.size(),
                        job.settings, job.parsing,    job.who.owner,
-                       job.document, job.retry};
+                       job.document, job.retry,      need};
   const proto::Key* key = job.who.key.get();
   const std::uint64_t samples = std::uint64_t{job.settings.width} * job.settings.height * job.settings.samples;
   if (key)
     if (auto problem = services.quotas.take_samples(*key, samples)) return *std::move(problem);
-  const auto admitted =
-      services.jobs.add(order, kept, key ? key->limits.unfinished_jobs : std::nullopt, job.scene.hold);
+  auto admitted = services.jobs.add(order, kept, key ? key->limits.unfinished_jobs : std::nullopt, job.scene.hold);
   if (!admitted) {
     if (key) services.quotas.give_samples_back(*key, samples);
     return admitted.problem();
   }
-  services.runner.start(*admitted, order, job.scene.scene, job.camera);
+  if (memory) {
+    admitted->memory = std::move(memory);
+    services.runner.start(*admitted, order, job.scene.scene, job.camera);
+  } else {
+    services.starter.add(admitted->id);
+  }
   return admitted;
 }
 
@@ -202,29 +223,8 @@ proto::Result<std::shared_ptr<const Film>> find_film(Services& services, const s
   const auto job = services.jobs.find(id);
   if (!job) return job.problem();
   if (!services.jobs.render_again(id, services.scenes.hold(job->order->scene_hash))) return services.jobs.film(id);
-  resume_jobs(services, {id}, {});
+  services.starter.add(id);
   return Problem{ProblemCode::image_not_ready, "The image turned out to be damaged on disk; it is rendered again.", {}};
-}
-
-void resume_jobs(Services& services, const std::vector<std::string>& ids, const std::stop_token& stop) {
-  for (const std::string& id : ids) {
-    const auto view = services.jobs.find(id);
-    const auto admitted = services.jobs.take_up(id);
-    if (stop.stop_requested()) return;
-    if (!view || !admitted) continue;
-    try {
-      const auto job = prepare_again(services, *view->order, stop);
-      if (job)
-        services.runner.start(*admitted, *view->order, job->scene.scene, job->camera);
-      else
-        services.jobs.fail(id,
-                           job.problem().errors.empty() ? job.problem().detail : job.problem().errors.front().detail);
-    } catch (const proto::Abandoned&) {
-      return;
-    } catch (const std::exception& error) {
-      services.jobs.fail(id, error.what());
-    }
-  }
 }
 
 }  // namespace tessera::server

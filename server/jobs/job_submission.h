@@ -57,9 +57,8 @@ proto::Result<JobTable::Admitted> start_job(Services& services, const PreparedJo
 std::vector<std::string> restore_jobs(const Journal& journal, const ImageStore& films, SceneStore& scenes,
                                       JobTable& jobs);
 
-/// Has jobs rendered that an earlier daemon was asked for, in this order. What can't be rendered any more fails. Ends
-/// early, with the rest left to the next daemon, once `stop` is requested.
-void resume_jobs(Services& services, const std::vector<std::string>& ids, const std::stop_token& stop);
+/// A job that the table has, as it was prepared when it came. Throws as `prepare_job` does.
+proto::Result<PreparedJob> prepare_again(Services& services, const JobOrder& order, const std::stop_token& stop);
 
 /// What there is of a job's image, wherever it lies (`JobTable::film`); in the quick lane TooHeavy when that is the
 /// disk. One that is damaged there is rendered again: `image_not_ready`.

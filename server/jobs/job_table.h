@@ -73,6 +73,8 @@ class JobTable {
     std::shared_ptr<Progress> progress;
     /// What its passes take is counted until no copy of this is left, however the job ends meanwhile.
     std::shared_ptr<const void> passes_memory;
+    /// What else it takes is booked as long.
+    std::shared_ptr<const void> memory = {};
     /// Of one that is to be written down: what became of that. One that can't be is there no longer by then.
     Told written = {};
   };

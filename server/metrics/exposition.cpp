@@ -12,9 +12,11 @@
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
 
+#include "server/config.h"
 #include "server/http/router.h"
 #include "server/http/session.h"
 #include "server/jobs/job_table.h"
+#include "server/jobs/ledger.h"
 #include "server/log.h"
 #include "server/metrics/metrics.h"
 #include "server/metrics/process_stats.h"
@@ -111,18 +113,20 @@ void tell_scheduler(Families& to, const Scheduler::Usage& usage) {
   to.add({{"state", "idle"}}, usage.idle_seconds);
 }
 
-void tell_memory(Families& to, const JobTable::Usage& jobs, const Connections* connections,
+void tell_memory(Families& to, const Services& services, const JobTable::Usage& jobs,
                  const std::vector<std::pair<std::string, CacheUsage>>& caches) {
   to.begin("tessera_memory_bytes", "Memory that is accounted for, by what holds it.", kGauge);
   to.add({{"holder", "films_unfinished"}}, jobs.unfinished_bytes);
   to.add({{"holder", "films_ended"}}, jobs.ended_bytes);
   to.add({{"holder", "films_leaving"}}, jobs.leaving_bytes);
   to.add({{"holder", "passes"}}, jobs.passes_bytes);
-  if (connections) {
+  to.add({{"holder", "work"}}, services.ledger.booked());
+  if (const Connections* connections = services.connections) {
     to.add({{"holder", "bodies"}}, connections->body_bytes.load());
     to.add({{"holder", "answers"}}, connections->answer_bytes.load());
   }
   for (const auto& [name, usage] : caches) to.add({{"holder", "cache_" + name}}, usage.bytes);
+  to.one("tessera_memory_limit_bytes", "What --memory gives to all of that.", kGauge, services.config.memory);
   to.one("tessera_film_memory_limit_bytes", "Most memory for images of all jobs together.", kGauge,
          jobs.limits.film_bytes);
 
@@ -192,7 +196,7 @@ std::string exposition(Services& services) {
   Families families;
   tell_jobs(families, jobs);
   tell_scheduler(families, services.scheduler.usage());
-  tell_memory(families, jobs, services.connections,
+  tell_memory(families, services, jobs,
               {{"scenes", services.scenes.scenes_usage()},
                {"documents", services.scenes.documents_usage()},
                {"structures", services.structures.usage()},

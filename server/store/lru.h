@@ -41,7 +41,12 @@ class Lru {
     by_key_.emplace(entry.front().key, entry.begin());
     bytes_ += entry.front().bytes;
     entries_.splice(entries_.begin(), entry);
-    while (bytes_ > limit_) drop(by_key_.find(entries_.back().key), evicted);
+    shrink(limit_, evicted);
+  }
+
+  /// The least recently used go until all together take so much at most.
+  void shrink(std::uint64_t most, Evicted& evicted) {
+    while (bytes_ > most) drop(by_key_.find(entries_.back().key), evicted);
   }
 
   void drop(std::string_view key, Evicted& evicted) {

@@ -74,6 +74,8 @@ class SceneStore {
 
   /// The documents, by the digits of their hashes.
   Shelf& shelf() { return shelf_; }
+  /// Has scenes take so many bytes of memory at most for now, but for those in use.
+  void shrink(std::uint64_t most) { scenes_.shrink(most); }
   /// What is in memory: scenes, and which scene a document has.
   CacheUsage scenes_usage() const { return scenes_.usage(); }
   CacheUsage documents_usage() const { return documents_.usage(); }

@@ -95,6 +95,13 @@ class SingleFlight {
     return kept;
   }
 
+  /// Keeps so many bytes at most for now: the longest unused go.
+  void shrink(std::uint64_t most) {
+    Evicted evicted;
+    const std::lock_guard lock(mutex_);
+    kept_.shrink(most, evicted);
+  }
+
   CacheUsage usage() const {
     const std::lock_guard lock(mutex_);
     return {hits_, joined_, misses_, kept_.bytes(), limit_};

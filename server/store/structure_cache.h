@@ -62,6 +62,8 @@ class StructureCache {
   void recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure);
 
   CacheUsage usage() const { return structures_.usage(); }
+  /// Keeps so many bytes at most for now.
+  void shrink(std::uint64_t most) { structures_.shrink(most); }
 
  private:
   using Structures = SingleFlight<std::shared_ptr<const Structure>>;

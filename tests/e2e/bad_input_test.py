@@ -78,7 +78,7 @@ class BadInputTest(unittest.TestCase):
         with Daemon("--max-film-memory", "1300000") as daemon:
             job = {"scene": SPHERE, "image": {"width": 1000, "height": 1000}}
             reply = daemon.request("POST", "/v1/jobs", job)
-            self.assertEqual((reply.status, reply.json()["errors"][0]["pointer"]), (422, "/image"))
+            self.assertEqual((reply.status, reply.json()["errors"][0]["pointer"]), (413, "/image"))
             half = {"scene": SPHERE, "image": {"width": 250, "height": 200}}  # 12 bytes a pixel, 24 between passes.
             ended = daemon.submit(half)
             self.assertEqual(daemon.wait_ended(ended)["image"], "complete")

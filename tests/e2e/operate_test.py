@@ -243,7 +243,7 @@ class ReadyTest(unittest.TestCase):
     def test_details(self):
         with Daemon("--max-jobs", "7", "--min-free-disk", "1MiB") as daemon:
             checks = daemon.request("GET", "/readyz").json()["checks"]
-            self.assertEqual(checks["queue"], {"ready": True, "unfinished_jobs": 0, "limit_jobs": 7})
+            self.assertEqual(checks["queue"], {"ready": True, "unfinished_jobs": 0, "limit_jobs": 7, "waiting_for_memory": 0})
             self.assertEqual(checks["disk"]["least_free_bytes"], 1 << 20)
             self.assertEqual(checks["memory"]["unfinished_bytes"], 0)
             stat = os.statvfs(daemon.data_dir)

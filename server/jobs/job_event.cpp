@@ -205,7 +205,7 @@ JobFigures figures_of(const json& value) {
 json order_json(const JobOrder& order) {
   json value{
       {"order", json::parse(order.document)}, {"warnings", order.warnings}, {"parsing", in_seconds(order.parsing)}};
-  value["memory"] = {{"shared", order.need.shared_bytes}, {"own", order.need.own_bytes}};
+  value["memory"] = {{"of", order.need.shared_key}, {"shared", order.need.shared_bytes}, {"own", order.need.own_bytes}};
   if (!order.owner.empty()) value["owner"] = order.owner;
   if (order.retry) value["idempotency"] = {{"key", order.retry->key}, {"request", order.retry->request}};
   return value;
@@ -234,7 +234,7 @@ JobOrder read_order(const json& value) {
   order.parsing = read_duration(value.at("parsing"));
   order.owner = value.value("owner", "");
   const json& memory = value.at("memory");
-  order.need = {order.scene_hash, memory.at("shared"), memory.at("own")};
+  order.need = {memory.at("of"), memory.at("shared"), memory.at("own")};
   if (const auto retry = value.find("idempotency"); retry != value.end())
     order.retry = RetryKey{retry->at("key"), retry->at("request")};
   return order;

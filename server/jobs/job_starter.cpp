@@ -15,9 +15,28 @@ namespace {
 /// How often later jobs may go before one that there is no memory for yet.
 constexpr unsigned kMostPassed = 32;
 
-/// What a triangle takes while the structure over it is built, and an object in the structure over all. Measured as the
-/// growth of the process's peak by jobs over meshes and swarms (tests/load, `memory`).
-constexpr std::uint64_t kBytesPerTriangle = 160;
+/// What a triangle takes while a structure of the kind is built over it: the growth of the process's peak by a mesh of
+/// half a million, rounded up. `automatic` comes to one of the cheap ones.
+std::uint64_t bytes_per_triangle(AccelKind kind) {
+  switch (kind) {
+    case AccelKind::brute:
+    case AccelKind::bounds:
+      return 30;
+    case AccelKind::automatic:
+    case AccelKind::bvh:
+    case AccelKind::grid:
+    case AccelKind::wide:
+      return 100;
+    case AccelKind::octree:
+      return 145;
+    case AccelKind::kd:
+      return 190;
+    case AccelKind::bsp:
+      return 440;
+  }
+  return 0;
+}
+/// The same of an object in the structure over all.
 constexpr std::uint64_t kBytesPerObject = 400;
 constexpr std::uint64_t kBytesPerTile = 256;
 constexpr std::uint64_t kBytesPerJob = 64 << 10;
@@ -28,13 +47,15 @@ constexpr std::uint64_t kAdaptiveSide = 16;
 
 Ledger::Need memory_need(const PreparedJob& job) {
   const Scene& scene = *job.scene.scene;
+  const AccelKind kind = job.settings.accel.kind;
   std::uint64_t triangles = 0;
   for (const Shape& shape : scene.shapes)
     if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) triangles += mesh->triangles.size();
   const std::uint64_t pixels = std::uint64_t{job.settings.width} * job.settings.height;
   const std::uint64_t side = job.settings.tile_size == kAdaptiveTiles ? kAdaptiveSide : job.settings.tile_size;
   const std::uint64_t tiles = pixels / (side * side) + 1;
-  return {job.scene.hash, memory_bytes(scene) + triangles * kBytesPerTriangle + scene.objects.size() * kBytesPerObject,
+  return {job.scene.hash + ' ' + std::to_string(static_cast<int>(kind)),
+          memory_bytes(scene) + triangles * bytes_per_triangle(kind) + scene.objects.size() * kBytesPerObject,
           kBytesPerJob + tiles * kBytesPerTile};
 }
 

@@ -26,7 +26,7 @@ def mesh_job(name, side, samples=1):
 
 
 ENDLESS = 2**28
-BIG = 180  # Two of these don't fit together.
+BIG = 240  # Two of these don't fit together.
 
 
 class MemoryTest(unittest.TestCase):

@@ -37,6 +37,7 @@ struct Paths {
   std::string data_dir = default_data_dir().string();
   std::string asset_root;
   std::string structure_dir;
+  std::string tls_certificate, tls_key;
 };
 
 /// For what makes no sense when it is 0. Texts that are no numbers are refused elsewhere.
@@ -125,6 +126,10 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   app.add_flag("--insecure-no-keys", config.insecure_no_keys,
                "Start on an address beyond loopback though there are no keys: whoever reaches it may do everything")
       ->envname(variable_of("--insecure-no-keys"));
+  flag("--tls-certificate", paths.tls_certificate,
+       "PEM file with the server's certificate and, after it, those that vouch for it: connections speak TLS; SIGHUP "
+       "reads it again");
+  flag("--tls-key", paths.tls_key, "PEM file with the certificate's key, without a passphrase");
   flag("--threads", config.threads, "Threads that build and render; 0 takes one per core")
       ->check(CLI::Range(0U, 1024U));
   flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept")->check([](const std::string& text) {
@@ -275,6 +280,14 @@ std::variant<Config, int> parse_config(int argc, const char* const* argv, std::o
   config.data_dir = paths.data_dir;
   if (!paths.asset_root.empty()) config.asset_root = paths.asset_root;
   if (!paths.structure_dir.empty()) config.structure_dir = paths.structure_dir;
+  if (paths.tls_certificate.empty() != paths.tls_key.empty()) {
+    errors << "--tls-certificate and --tls-key need one another\nRun with --help for more information.\n";
+    return kUsageError;
+  }
+  if (!paths.tls_key.empty()) {
+    config.tls_certificate = paths.tls_certificate;
+    config.tls_key = paths.tls_key;
+  }
   return config;
 }
 

@@ -21,7 +21,9 @@ struct Config {
   std::vector<std::string> cors_origins;  ///< Of web pages whose scripts may use it.
   bool require_keys = false;              ///< Everybody has to show a key, though none may have been made yet.
   bool insecure_no_keys = false;          ///< Start without keys where others than this machine reach the server.
-  unsigned threads = 0;                   ///< That build and render; at least 1 once `parse_config` has run.
+  std::optional<std::filesystem::path> tls_certificate;  ///< PEM files: with both, connections speak TLS;
+  std::optional<std::filesystem::path> tls_key;          ///< with neither, none does.
+  unsigned threads = 0;  ///< That build and render; at least 1 once `parse_config` has run.
   std::filesystem::path data_dir;
   std::optional<std::filesystem::path> asset_root;  ///< Without one, scenes can't name files by path.
   std::string log_level = "info";

@@ -29,6 +29,7 @@
 #include "server/http/http_syntax.h"
 #include "server/http/key_ring.h"
 #include "server/http/listener.h"
+#include "server/http/tls_context.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_starter.h"
 #include "server/jobs/job_submission.h"
@@ -83,6 +84,11 @@ StructureCache::Make make_from(const std::optional<WideStore>& store, unsigned t
   };
 }
 
+std::optional<TlsContext> tls_context(const Config& config) {
+  if (!config.tls_key) return std::nullopt;
+  return std::optional<TlsContext>(std::in_place, *config.tls_certificate, *config.tls_key);
+}
+
 JobTable::Limits job_limits(const Config& config) {
   return {config.max_jobs, config.max_ended_jobs, config.max_film_memory};
 }
@@ -97,6 +103,7 @@ struct Backend {
   explicit Backend(const Config& config)
       : folder(config.data_dir),
         keys(config.data_dir, config.require_keys),
+        tls(tls_context(config)),
         owners(folder.owners()),
         blobs(folder.blobs(), folder.set_aside(), config.asset_root),
         scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, config.scene_cache),
@@ -138,6 +145,7 @@ struct Backend {
 
   DataFolder folder;
   KeyRing keys;
+  std::optional<TlsContext> tls;
   Owners owners;
   Quotas quotas;
   BlobStore blobs;
@@ -208,6 +216,14 @@ rlim_t raise_descriptor_limit() {
   return ::setrlimit(RLIMIT_NOFILE, &files) == 0 ? files.rlim_max : given;
 }
 
+void read_certificate_again(TlsContext& tls) {
+  try {
+    tls.reload();
+  } catch (const std::exception& error) {
+    spdlog::error("SIGHUP: the certificate stays as it is: {}", error.what());
+  }
+}
+
 void read_keys_again(KeyRing& keys) {
   try {
     spdlog::info("SIGHUP: there are {} keys", keys.reload());
@@ -272,6 +288,7 @@ class Operation {
     manager_.tell_reloading();
     try {
       read_keys_again(backend.keys);
+      if (backend.tls) read_certificate_again(*backend.tls);
       std::ostringstream said;
       const auto read = read_again_(said, said);
       if (const Config* config = std::get_if<Config>(&read)) {
@@ -320,14 +337,14 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
   Backend backend(config);
   operation.apply(config, backend);
   Lane quick(kQuickThreads), slow(kSlowThreads);
-  Connections connections{backend.services, quick, slow};
+  Connections connections{backend.services, quick, slow, backend.tls ? &*backend.tls : nullptr};
   backend.services.connections = &connections;
   const FileDescriptor listening = listen_on(config.host, config.port);
   expect_keys_beyond_loopback(config, backend.keys, listening);
   Watchdog watchdog(manager, kIoThreads);
   IoThreads io;
   io.start(listening, connections, watchdog);
-  std::cout << "listening on " << url_of(listening) << std::endl;
+  std::cout << "listening on " << url_of(listening, backend.tls.has_value()) << std::endl;
   spdlog::info("{} threads render; data in {}", config.threads, config.data_dir.string());
   manager.tell("READY=1");
 

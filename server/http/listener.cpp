@@ -89,6 +89,8 @@ std::string address_of(int socket) {
   return name + ':' + port;
 }
 
-std::string url_of(const FileDescriptor& listening) { return "http://" + address_of(listening.value()); }
+std::string url_of(const FileDescriptor& listening, bool is_tls) {
+  return (is_tls ? "https://" : "http://") + address_of(listening.value());
+}
 
 }  // namespace tessera::server

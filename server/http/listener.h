@@ -18,7 +18,7 @@ Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connection
 /// when it can't be told.
 std::string address_of(int socket);
 
-/// "http://127.0.0.1:8080", with the port that it got.
-std::string url_of(const FileDescriptor& listening);
+/// "http://127.0.0.1:8080", with the port that it got; "https://" where connections speak TLS.
+std::string url_of(const FileDescriptor& listening, bool is_tls);
 
 }  // namespace tessera::server

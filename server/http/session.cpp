@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstring>
 #include <exception>
-#include <iterator>
 #include <new>
 #include <optional>
 #include <span>
@@ -18,7 +17,6 @@
 #include <netdb.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
 
 #include "server/config.h"
 #include "server/http/authorization.h"
@@ -29,6 +27,7 @@
 #include "server/http/request_id.h"
 #include "server/http/response_head.h"
 #include "server/http/router.h"
+#include "server/http/transport.h"
 #include "server/http/waiting.h"
 #include "server/jobs/job_table.h"
 #include "server/log.h"
@@ -175,10 +174,11 @@ class Session {
   Session(EventLoop& loop, FileDescriptor socket, Connections& connections, std::coroutine_handle<> coroutine)
       : loop_(loop),
         channel_(loop, std::move(socket), coroutine),
+        transport_(channel_.socket(), connections.tls),
         peer_(address_of_peer(channel_.socket())),
         connections_(connections),
         services_(connections.services),
-        waiting_(loop, channel_, services_.jobs),
+        waiting_(loop, channel_, transport_, services_.jobs),
         timeout_(services_.config.timeout),
         local_address_(address_of(channel_.socket())) {}
 
@@ -201,7 +201,7 @@ class Session {
     } catch (const std::bad_alloc&) {
       const RequestScope scope(at_hand_.id);
       spdlog::error("a request is refused: the server is out of memory");
-      if (!has_answered_) ::send(channel_.socket(), kNoMemory.data(), kNoMemory.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (!has_answered_) transport_.send_at_once(kNoMemory);
       tell_end(503);
     }
     co_return keep;
@@ -214,6 +214,8 @@ class Session {
     std::optional<Problem> wrong;
     const Received received = co_await receive_head(head, wrong);
     if (received == Received::nothing) co_return false;
+    if (!wrong && transport_.lacks_tls())
+      wrong = problem(ProblemCode::malformed_request, "This port speaks TLS: write https:// in place of http://.");
     const Counted active(connections_.requests_active);
     const bool stopping = services_.shutting_down;
     at_hand_.since = Channel::Clock::now();
@@ -473,7 +475,7 @@ class Session {
     co_await give_way();
     const std::span<char> room = input_.room(most);
     for (;;) {
-      const ssize_t count = ::recv(channel_.socket(), room.data(), room.size(), 0);
+      const ssize_t count = transport_.receive(room);
       if (count > 0) {
         input_.received(static_cast<std::size_t>(count));
         co_return true;
@@ -501,12 +503,7 @@ class Session {
     channel_.expires_after(timeout_);
     while (!first.empty() || !second.empty()) {
       co_await give_way();
-      iovec pieces[] = {{const_cast<char*>(first.data()), first.size()},
-                        {const_cast<char*>(second.data()), second.size()}};
-      msghdr message{};
-      message.msg_iov = pieces;
-      message.msg_iovlen = std::size(pieces);
-      const ssize_t count = ::sendmsg(channel_.socket(), &message, MSG_NOSIGNAL);
+      const ssize_t count = transport_.send(first, second);
       if (count >= 0) {
         has_answered_ = true;
         at_hand_.bytes_sent += static_cast<std::uint64_t>(count);
@@ -540,8 +537,9 @@ class Session {
   /// Says goodbye and reads on for a moment: closing on unread bytes would reset the connection and take the
   /// response away from a peer that is still sending.
   Task<bool> close() {
-    ::shutdown(channel_.socket(), SHUT_WR);
     channel_.expires_after(kLinger);
+    bool in_time = true;
+    while (in_time && !transport_.finish()) in_time = co_await channel_.change();
     const auto end = Channel::Clock::now() + kLinger;
     for (bool more = true; more && Channel::Clock::now() < end;) {
       input_.take(input_.bytes().size());
@@ -552,6 +550,7 @@ class Session {
 
   EventLoop& loop_;
   Channel channel_;
+  Transport transport_;
   const std::string peer_;  ///< Its address.
   Connections& connections_;
   Services& services_;

@@ -11,11 +11,14 @@
 
 namespace tessera::server {
 
+class TlsContext;
+
 /// What all connections share.
 struct Connections {
   Services& services;
   Lane& quick;                                 ///< For work that is bounded, so that it never waits long.
   Lane& slow;                                  ///< For all other work that isn't for I/O threads.
+  const TlsContext* tls = nullptr;             ///< Where connections speak TLS.
   std::atomic<std::uint32_t> open{0};          ///< Connections that there are.
   std::atomic<int> requests_active{0};         ///< Header read, response not written yet.
   std::atomic<std::uint64_t> body_bytes{0};    ///< Of bodies that connections hold in memory.

@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstddef>
 #include <optional>
 #include <string_view>
-
-#include <sys/socket.h>
 
 namespace tessera::server {
 namespace {
@@ -59,9 +56,8 @@ Task<bool> Waiting::for_message(const EventLoop::Message& message, bool may_ask,
     if (message.is_done || !to_ask || Clock::now() < *to_ask) continue;
     to_ask.reset();
     has_asked = true;
-    const ssize_t sent = ::send(channel_.socket(), kProcessing.data(), kProcessing.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     // A part of it would stand in the middle of what follows.
-    if (sent > 0 && static_cast<std::size_t>(sent) < kProcessing.size()) channel_.give_up();
+    if (!transport_.send_at_once(kProcessing)) channel_.give_up();
   }
   co_return true;
 }

@@ -4,6 +4,7 @@
 #include "server/http/lane.h"
 #include "server/http/response.h"
 #include "server/http/task.h"
+#include "server/http/transport.h"
 #include "server/jobs/job_table.h"
 
 namespace tessera::server {
@@ -16,7 +17,8 @@ namespace tessera::server {
 /// client is worked for to the end.
 class Waiting {
  public:
-  Waiting(EventLoop& loop, Channel& channel, JobTable& jobs) : loop_(loop), channel_(channel), jobs_(jobs) {}
+  Waiting(EventLoop& loop, Channel& channel, Transport& transport, JobTable& jobs)
+      : loop_(loop), channel_(channel), transport_(transport), jobs_(jobs) {}
 
   /// Calls `function`, which doesn't throw, in a lane, unless the client has gone before.
   template <typename Function>
@@ -51,6 +53,7 @@ class Waiting {
 
   EventLoop& loop_;
   Channel& channel_;
+  Transport& transport_;
   JobTable& jobs_;
 };
 

@@ -54,9 +54,11 @@ class Reply:
 
 
 class Daemon:
-    """A daemon on a free port, with an empty data folder unless one is given. Use it in a `with`, or call `stop`."""
+    """A daemon on a free port, with an empty data folder unless one is given. Use it in a `with`, or call `stop`. One
+    that speaks TLS is spoken to with an ssl.SSLContext."""
 
-    def __init__(self, *flags, data_dir=None, env=None, program=None):
+    def __init__(self, *flags, data_dir=None, env=None, program=None, context=None):
+        self.context = context
         self.folder = tempfile.mkdtemp(prefix="tessera-e2e-")
         self.data_dir = data_dir or os.path.join(self.folder, "data")
         self._log = open(os.path.join(self.folder, "log"), "w+")
@@ -74,7 +76,7 @@ class Daemon:
             self.stop()
             raise RuntimeError(f"{command} said {line!r}; its log:\n{log}")
         self.url = line[len(prefix) :]
-        self.host, port = self.url[len("http://") :].rsplit(":", 1)
+        self.host, port = self.url.partition("://")[2].rsplit(":", 1)
         self.port = int(port)
 
     def __enter__(self):
@@ -129,6 +131,8 @@ class Daemon:
 
     def connect(self, timeout=60):
         """A connection to keep alive over several requests."""
+        if self.context:
+            return http.client.HTTPSConnection(self.host, self.port, timeout=timeout, context=self.context)
         return http.client.HTTPConnection(self.host, self.port, timeout=timeout)
 
     def request(self, method, path, body=None, headers=None, timeout=60):

@@ -46,8 +46,9 @@ LIBRARIES = {
     "proto": ["nlohmann/"],
     "proto/import/gltf": ["draco/", "meshoptimizer.h"],
     "server": ["nlohmann/", "spdlog/", "CLI/"],
+    "server/http": ["nlohmann/", "openssl/", "spdlog/"],
     "server/metrics": ["prometheus/"],
-    "client": ["boost/", "nlohmann/", "CLI/"],
+    "client": ["boost/", "nlohmann/", "openssl/", "CLI/"],
     "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "draco/", "meshoptimizer.h", "xmmintrin.h"],
     "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/", "malloc.h"],
 }

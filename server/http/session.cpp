@@ -480,7 +480,10 @@ class Session {
         input_.received(static_cast<std::size_t>(count));
         co_return true;
       }
-      if (count < 0 && errno == EINTR) continue;
+      if (count < 0 && errno == EINTR) {
+        co_await give_way();
+        continue;
+      }
       if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) co_return false;
       steps_ = 0;
       has_expired_ = !co_await channel_.change();

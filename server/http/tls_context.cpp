@@ -78,7 +78,8 @@ std::shared_ptr<SSL_CTX> TlsContext::read() const {
   // What was begun to be sent is tried again from wherever it lies then. A connection that waits keeps no buffers.
   SSL_CTX_set_mode(context.get(),
                    SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
-  SSL_CTX_set_read_ahead(context.get(), 1);                           // One call of the system a record, not two.
+  SSL_CTX_clear_mode(context.get(), SSL_MODE_AUTO_RETRY);  // Or a peer that sends nothing but news of keys has no end.
+  SSL_CTX_set_read_ahead(context.get(), 1);                // One call of the system a record, not two.
   SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF);  // Tickets are kept by clients.
   SSL_CTX_set_alpn_select_cb(context.get(), choose_protocol, nullptr);
   if (SSL_CTX_use_certificate_chain_file(context.get(), certificate_.c_str()) != 1)

@@ -66,7 +66,15 @@ ssize_t Transport::receive_decrypted(std::span<char> room) {
     }
   }
   ERR_clear_error();
-  return outcome_of(SSL_read(tls_.get(), room.data(), static_cast<int>(std::min(room.size(), kRecordBytes))));
+  const int result = SSL_read(tls_.get(), room.data(), static_cast<int>(std::min(room.size(), kRecordBytes)));
+  const ssize_t count = outcome_of(result);
+  if (count < 0 && errno == EAGAIN && SSL_want_read(tls_.get())) {
+    // It may have stopped at a record that held nothing for HTTP, and the socket won't change for what is there
+    // already.
+    char next = 0;
+    errno = ::recv(socket_, &next, 1, MSG_PEEK) >= 0 ? EINTR : EAGAIN;
+  }
+  return count;
 }
 
 ssize_t Transport::send_encrypted(std::string_view first, std::string_view second) {

@@ -19,7 +19,7 @@ class Transport {
   Transport(int socket, const TlsContext* tls) : socket_(socket), tls_(tls ? tls->accept(socket) : TlsState()) {}
 
   /// As recv(2): how many bytes have come, 0 when no more will, or -1 with `errno`. EAGAIN: not before the socket has
-  /// changed.
+  /// changed; EINTR: perhaps at the next call.
   ssize_t receive(std::span<char> room) {
     return tls_ ? receive_decrypted(room) : ::recv(socket_, room.data(), room.size(), 0);
   }

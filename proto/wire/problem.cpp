@@ -67,6 +67,9 @@ constexpr std::array kTable{
                  "The body's media type is not supported",
                  "Documents are taken as application/json; what is to be rendered, by its Content-Type or its content; "
                  "neither with a Content-Encoding."},
+    ProblemEntry{ProblemCode::range_not_satisfiable, "range_not_satisfiable", 416, "There are no such bytes",
+                 "The Range header asks for bytes beyond the last: Content-Range says how many there are. It may have "
+                 "another length than before; without a Range all of it is sent."},
     ProblemEntry{ProblemCode::expectation_failed, "expectation_failed", 417, "The expectation can not be met",
                  "The Expect header asks for something else than 100-continue."},
     ProblemEntry{

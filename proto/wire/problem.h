@@ -33,6 +33,7 @@ enum class ProblemCode {
   job_too_large,
   target_too_long,
   unsupported_media_type,
+  range_not_satisfiable,
   expectation_failed,
   misdirected_request,
   invalid_document,

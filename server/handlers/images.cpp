@@ -19,6 +19,7 @@
 #include "server/handlers/image_choice.h"
 #include "server/handlers/own.h"
 #include "server/handlers/picture.h"
+#include "server/http/byte_range.h"
 #include "server/http/lane.h"
 #include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
@@ -32,6 +33,9 @@ namespace {
 
 /// Of an image that isn't complete, to be asked for one by one in the quick lane.
 constexpr std::size_t kQuickTiles = 10'000;
+
+/// Of what never changes at its address, for who asked alone (RFC 8246; RFC 9111, 5.2.2.7).
+constexpr const char* kForGood = "private, max-age=31536000, immutable";
 
 /// Whether an If-None-Match header covers the tag (RFC 9110, 13.1.2: weak comparison).
 bool covers(std::string_view if_none_match, std::string_view etag) {
@@ -162,7 +166,12 @@ Response picture_response(Services& services, const Request& request, const JobV
   const std::string key = key_of(job.id, choice, complete ? nullptr : &versions);
   const std::string etag = complete ? picture_etag(identity, choice) : etag_of(key);
   Response response;
-  response.headers = {{"ETag", etag}, {"Vary", "Accept"}, {"Cache-Control", complete ? "no-cache" : "no-store"}};
+  const bool has_address = request.method == "GET";
+  response.headers = {{"ETag", etag},
+                      {"Vary", "Accept"},
+                      {"Cache-Control", !complete     ? "no-store"
+                                        : has_address ? kForGood
+                                                      : "no-cache"}};
   if (is_known(request, etag)) {
     response.status = 304;
     return response;
@@ -172,6 +181,7 @@ Response picture_response(Services& services, const Request& request, const JobV
   response.headers.emplace_back("Content-Type", choice.format.media_type);
   if (!image && request.is_head) {  // Its length isn't worth encoding it.
     response.has_length = false;
+    if (complete) response.headers.emplace_back("Accept-Ranges", "bytes");
     return response;
   }
   if (!image && complete) {
@@ -192,6 +202,7 @@ Response picture_response(Services& services, const Request& request, const JobV
   }
   if (!complete) response.headers.front().second = (*image)->etag;  // More may have been stored meanwhile.
   response.shared_body = {*image, &(*image)->bytes};
+  if (complete && has_address) answer_range(request, response);
   return response;
 }
 

@@ -121,7 +121,14 @@ Response list_jobs(Services& services, Request& request) {
     body["next"] = jobs.back().id;
   }
   for (const JobView& job : jobs) body["jobs"].push_back(status_json(job));
-  return json_response(200, body);
+  Response response = json_response(200, body);
+  if (body.contains("next")) {  // RFC 8288
+    std::string next = "/v1/jobs?after=" + jobs.back().id;
+    if (request.query("limit")) next += "&limit=" + std::to_string(*limit);
+    if (state_name) next += "&state=" + std::string(*state_name);
+    response.headers.emplace_back("Link", '<' + next + ">; rel=\"next\"");
+  }
+  return response;
 }
 
 Response show_job(Services& services, Request& request) {

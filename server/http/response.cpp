@@ -21,8 +21,9 @@ bool may_pass(proto::ProblemCode code) {
 }  // namespace
 
 std::string_view Response::content() const {
-  if (!shared_body) return body;
-  return {reinterpret_cast<const char*>(shared_body->data()), shared_body->size()};
+  const std::string_view all =
+      shared_body ? std::string_view(reinterpret_cast<const char*>(shared_body->data()), shared_body->size()) : body;
+  return part ? all.substr(part->first, part->second) : all;
 }
 
 Response json_response(int status, const nlohmann::json& body) {

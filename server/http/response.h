@@ -26,7 +26,9 @@ struct Response {
   std::vector<std::pair<std::string, std::string>> headers;  ///< Content-Type among them where there is a body.
   std::string body;
   std::shared_ptr<const std::vector<std::byte>> shared_body =
-      nullptr;             ///< In place of `body`, where others hold it too.
+      nullptr;  ///< In place of `body`, where others hold it too.
+  /// First byte and size of what is sent of all that; nothing: all.
+  std::optional<std::pair<std::size_t, std::size_t>> part = std::nullopt;
   bool has_length = true;  ///< Not of an answer to HEAD for what would have to be made to know it.
   std::shared_ptr<const Later> later = nullptr;  ///< Where there is one, this isn't the answer yet.
 

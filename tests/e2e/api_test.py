@@ -3,6 +3,7 @@
 import hashlib
 import math
 import os
+import re
 import subprocess
 import tempfile
 import unittest
@@ -143,6 +144,44 @@ class ApiTest(unittest.TestCase):
             self.assertEqual(self.get(image, {"If-None-Match": known}, status=304).body, b"")
         self.get(image, {"If-None-Match": '"other"'})
         self.get(f"{image}?format=jpeg", {"If-None-Match": tag})
+
+    def test_a_complete_image_may_be_kept_for_good(self):
+        image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
+        reply = self.get(image)
+        self.assertEqual(reply.headers["Cache-Control"], "private, max-age=31536000, immutable")
+        known = self.get(image, {"If-None-Match": reply.headers["ETag"]}, status=304)
+        self.assertEqual(known.headers["Cache-Control"], reply.headers["Cache-Control"])
+
+    def test_parts_of_an_image(self):
+        image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
+        first = self.get(image, {"Range": "bytes=0-7"}, status=206)  # Encoded for this.
+        self.assertEqual(first.body, b"\x89PNG\r\n\x1a\n")
+        whole = self.get(image)
+        self.assertEqual(whole.headers["Accept-Ranges"], "bytes")
+        size, tag = len(whole.body), whole.headers["ETag"]
+        self.assertEqual(first.headers["Content-Range"], f"bytes 0-7/{size}")
+        self.assertEqual((first.headers["ETag"], first.headers["Content-Length"]), (tag, "8"))
+        pieces = [self.get(image, {"Range": f"bytes={at}-{at + 9}", "If-Range": tag}, status=206).body
+                  for at in range(0, size, 10)]
+        self.assertEqual(b"".join(pieces), whole.body)
+        self.assertEqual(self.get(image, {"Range": "bytes=-12"}, status=206).body, whole.body[-12:])  # IEND
+
+        reply = self.get(image, {"Range": f"bytes={size}-"}, status=416)
+        self.assertEqual((reply.headers["Content-Range"], reply.json()["code"]),
+                         (f"bytes */{size}", "range_not_satisfiable"))
+        for headers in ({"Range": "bytes=0-1,4-5"}, {"Range": "bytes=5-4"}, {"Range": "pixels=0-1"},
+                        {"Range": "bytes=0-1", "If-Range": '"other"'}, {"Range": "bytes=0-1", "If-Range": "W/" + tag}):
+            self.assertEqual(self.get(image, headers).body, whole.body)
+        self.get(image, {"Range": "bytes=0-1", "If-None-Match": tag}, status=304)  # It comes first: RFC 9110, 13.2.2.
+        head = self.daemon.request("HEAD", image, headers={"Range": "bytes=0-1"})
+        self.assertEqual((head.status, head.headers["Content-Length"], head.headers["Accept-Ranges"]),
+                         (200, str(size), "bytes"))
+
+        running = self.daemon.submit(endless_job())
+        self.daemon.wait_until(running, lambda status: "eta" in status)
+        reply = self.get(f"/v1/jobs/{running}/image?partial=1", {"Range": "bytes=0-1"})  # It is another one each time.
+        self.assertNotIn("Accept-Ranges", reply.headers)
+        self.daemon.request("POST", f"/v1/jobs/{running}/cancel")
 
     def test_head_is_get_without_the_body(self):
         image = f"/v1/jobs/{self.render(SMALL_JOB)}/image"
@@ -343,6 +382,14 @@ class ApiTest(unittest.TestCase):
                 reply = daemon.request("GET", page).json()
                 listed += [job["id"] for job in reply["jobs"]]
                 page = "next" in reply and f"/v1/jobs?limit=2&after={reply['next']}"
+            self.assertEqual(listed, ids)
+            listed, page = [], "/v1/jobs?limit=2&state=completed"
+            while page:
+                reply = daemon.request("GET", page)
+                listed += [job["id"] for job in reply.json()["jobs"]]
+                link = re.fullmatch('<(/[^>]*)>; rel="next"', reply.headers.get("Link", ""))  # RFC 8288
+                self.assertEqual(bool(link), "next" in reply.json())
+                page = link and link[1]
             self.assertEqual(listed, ids)
             self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{ids[1]}").status, 204)
             after_deleted = daemon.request("GET", f"/v1/jobs?after={ids[1]}").json()

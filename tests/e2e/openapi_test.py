@@ -222,6 +222,8 @@ class OpenApiTest(unittest.TestCase):
                 self.assertEqual(reply.media_type, media_type)
             etag = {"If-None-Match": reply.headers["ETag"], "Accept": media_type}
             self.ask(daemon, 304, "get", "/v1/jobs/{id}/image", headers=etag, id=done)
+            for status, part in ((206, "bytes=0-1"), (416, "bytes=999999999-")):
+                self.ask(daemon, status, "get", "/v1/jobs/{id}/image", headers={"Range": part}, id=done)
 
             busy = crowd(daemon)[-1]
             waiting = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]

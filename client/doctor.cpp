@@ -14,6 +14,8 @@
 #include <nlohmann/json.hpp>
 
 #include "client/failure.h"
+#include "proto/wire/certificate.h"
+#include "proto/wire/key_file.h"
 
 namespace tessera::client {
 namespace {
@@ -26,6 +28,8 @@ using Verdict = Finding::Verdict;
 constexpr double kSkew = 5, kWrongClock = 300;
 /// What rendering a small image may take on a server that has little else to do.
 constexpr double kSlowRender = 5;
+/// Who renews certificates by themselves has done so by then.
+constexpr std::chrono::days kSoon{14};
 
 double seconds_since(Clock::time_point then) { return std::chrono::duration<double>(Clock::now() - then).count(); }
 
@@ -63,6 +67,18 @@ Finding clock_finding(const std::string& date) {
           "have both machines' clocks kept by NTP (timedatectl)"};
 }
 
+/// Of a certificate that ends then.
+Finding expiry_finding(const char* check, std::chrono::sys_seconds end, const std::string& what) {
+  const auto left = end - std::chrono::system_clock::now();
+  const std::string detail = what + " is valid until " + proto::to_text(end);
+  const std::string advice = "renew it, and have the server read it: systemctl reload tesserad";
+  if (left <= std::chrono::seconds(0)) return {Verdict::fail, check, detail + ", which has passed", advice};
+  if (left < kSoon)
+    return {Verdict::warn, check,
+            detail + ": " + std::to_string(std::chrono::floor<std::chrono::days>(left).count()) + " days", advice};
+  return {Verdict::ok, check, detail};
+}
+
 Finding version_finding(const json& answer, std::string_view ours) {
   const std::string theirs = text_of(answer, "version");
   if (theirs == ours) return {Verdict::ok, "version", theirs + ", as this program"};
@@ -87,6 +103,12 @@ std::string advice_for(const std::string& check) {
   if (check == "disk") return "free space on the server's disk, or see to its --data-dir";
   if (check == "memory") return "wait for jobs to end, or raise --max-film-memory";
   if (check == "queue") return "wait for jobs to end, or raise --max-jobs";
+  return "see the server's log";
+}
+
+std::string advice_for(Failure::Kind kind) {
+  if (kind == Failure::Kind::unreachable) return "start tesserad, or say where it listens with --server";
+  if (kind == Failure::Kind::untrusted) return "see to its --tls-certificate, or to --ca-file here";
   return "see the server's log";
 }
 
@@ -184,10 +206,7 @@ std::vector<Finding> examine_server(const Client& client, std::string_view versi
     } catch (const Failure& failure) {
       std::string detail = failure.what();
       for (const proto::FieldError& error : failure.errors()) detail += "; " + error.pointer + ": " + error.detail;
-      findings.push_back({Verdict::fail, check, detail,
-                          failure.kind() == Failure::Kind::unreachable
-                              ? "start tesserad, or say where it listens with --server"
-                              : "see the server's log"});
+      findings.push_back({Verdict::fail, check, detail, advice_for(failure.kind())});
     }
   };
   bool is_there = false;
@@ -205,11 +224,37 @@ std::vector<Finding> examine_server(const Client& client, std::string_view versi
     findings.push_back({Verdict::ok, "server", "answers in " + rounded(seconds * 1e3, "ms")});
     findings.push_back(version_finding(told, version));
     findings.push_back(clock_finding(answer.date));
+    if (answer.certificate_expires)
+      findings.push_back(expiry_finding("certificate", *answer.certificate_expires, "the one that the server shows"));
   });
   if (!is_there) return findings;
   look("ready", [&] { add_readiness(client.ask("/readyz"), findings); });
   look("descriptors", [&] { findings.push_back(descriptor_finding(read_metrics(client.ask("/metrics").body))); });
   look("render", [&] { findings.push_back(render_finding(client)); });
+  return findings;
+}
+
+std::vector<Finding> examine_certificate(const std::filesystem::path& certificate, const std::filesystem::path& key,
+                                         std::optional<std::chrono::sys_seconds> shown) {
+  proto::Certificate files;
+  try {
+    files = proto::read_certificate(certificate, key);
+  } catch (const std::runtime_error& error) {
+    return {
+        {Verdict::fail, "certificate files", error.what(), "mend the files: a server that runs keeps the old ones"}};
+  }
+  std::vector<Finding> findings{expiry_finding("certificate files", files.expires, certificate.string())};
+  if (files.valid_from > std::chrono::system_clock::now())
+    findings.front() = {Verdict::fail, "certificate files",
+                        certificate.string() + " isn't valid before " + proto::to_text(files.valid_from),
+                        "wait, or have the clock kept by NTP (timedatectl)"};
+  // A chain ends when the first of it does, so that its end may come before that of the one that is shown.
+  if (shown && *shown < files.expires)
+    findings.push_back({Verdict::warn, "certificate in force", "the server shows one that ends before that of the file",
+                        "have it read the file: systemctl reload tesserad"});
+  if (files.others_can_read_key)
+    findings.push_back({Verdict::warn, "certificate key", "every user of this machine can read " + key.string(),
+                        "chmod o= " + key.string()});
   return findings;
 }
 

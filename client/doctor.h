@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -35,6 +36,11 @@ std::vector<Finding> examine_server(const Client& client, std::string_view versi
 /// `metrics` are the server's, or empty.
 std::vector<Finding> examine_machine(const std::filesystem::path& data_dir,
                                      const std::map<std::string, double>& metrics);
+
+/// Looks at the PEM files of a certificate and its key, before a server has them or while it does. `shown` is when the
+/// certificate ends that a server showed, if any did.
+std::vector<Finding> examine_certificate(const std::filesystem::path& certificate, const std::filesystem::path& key,
+                                         std::optional<std::chrono::sys_seconds> shown);
 
 /// "12.3 GiB".
 std::string in_units(double bytes);

@@ -17,6 +17,7 @@ class Failure : public std::runtime_error {
     usage,        ///< What was asked for isn't clear.
     refused,      ///< The server answered with a problem.
     unreachable,  ///< No server there, or it stopped answering.
+    untrusted,    ///< There is one, but nobody says that it is the one that is meant.
     local_file,   ///< A file here can't be read or written, or may not be sent.
   };
 

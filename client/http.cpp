@@ -8,11 +8,17 @@
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
 
 #include "client/failure.h"
+#include "proto/wire/certificate.h"
 
 namespace tessera::client {
 namespace {
@@ -25,7 +31,7 @@ constexpr auto kConnectTimeout = std::chrono::seconds(10);
 // Between two pieces of a message. Long, for a server may read a big scene's files before it answers.
 constexpr auto kIdleTimeout = std::chrono::minutes(5);
 constexpr std::uint64_t kPieceBytes = 256 << 10;
-constexpr std::string_view kScheme = "http://";
+constexpr std::string_view kPlainScheme = "http://", kTlsScheme = "https://";
 
 /// A file to be sent, and how much of it.
 struct OpenFile {
@@ -33,10 +39,60 @@ struct OpenFile {
   std::uint64_t size = 0;
 };
 
+/// Whom to trust, and with which versions.
+asio::ssl::context tls_context(const ServerAddress& address) {
+  asio::ssl::context context(asio::ssl::context::tls_client);
+  SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
+  context.set_verify_mode(asio::ssl::verify_peer);
+  beast::error_code error;
+  if (address.ca_file.empty())
+    context.set_default_verify_paths(error);
+  else
+    context.load_verify_file(address.ca_file.string(), error);
+  if (error)
+    throw Failure(Failure::Kind::local_file,
+                  "no certificates of who is trusted in " + address.ca_file.string() + ": " + error.message());
+  return context;
+}
+
+/// Has the server asked for its certificate by the name, or the address, that it was called by, and has that compared.
+void expect_name(SSL* tls, const std::string& host) {
+  X509_VERIFY_PARAM* const wanted = SSL_get0_param(tls);
+  beast::error_code is_name;
+  asio::ip::make_address(host, is_name);
+  const bool done = is_name ? SSL_set_tlsext_host_name(tls, host.c_str()) == 1 &&
+                                  X509_VERIFY_PARAM_set1_host(wanted, host.c_str(), host.size()) == 1
+                            : X509_VERIFY_PARAM_set1_ip_asc(wanted, host.c_str()) == 1;
+  if (!done) throw Failure(Failure::Kind::untrusted, "'" + host + "' is no name that a certificate could have");
+}
+
+/// Why a server's certificate isn't trusted, and what to do.
+std::string tell_distrust(long reason) {
+  switch (reason) {
+    case X509_V_ERR_HOSTNAME_MISMATCH:
+    case X509_V_ERR_IP_ADDRESS_MISMATCH:
+      return "its certificate is for another name; call the server by one that stands in it";
+    case X509_V_ERR_CERT_HAS_EXPIRED:
+      return "its certificate has expired";
+    case X509_V_ERR_CERT_NOT_YET_VALID:
+      return "its certificate isn't valid yet, or this machine's clock is wrong";
+    case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
+    case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
+    case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
+      return "nobody who is trusted here vouches for its certificate (" +
+             std::string(X509_verify_cert_error_string(reason)) + "); --ca-file names who does";
+    default:
+      return std::string("its certificate isn't valid: ") + X509_verify_cert_error_string(reason);
+  }
+}
+
 /// A connection whose blocking calls give up in time: asynchronous operations, waited for one by one.
 class Connection {
  public:
   explicit Connection(const ServerAddress& address) : address_(address), stream_(io_) {
+    if (address.is_tls) tls_context_.emplace(tls_context(address));
     beast::error_code error;
     asio::ip::tcp::resolver resolver(io_);
     const auto endpoints = resolver.resolve(address.host, address.port, error);
@@ -45,6 +101,7 @@ class Connection {
     stream_.async_connect(endpoints, [&](beast::error_code e, const auto&) { error = e; });
     finish();
     check(error);
+    if (address.is_tls) shake_hands();
   }
 
   /// Sends the request and returns the answer, which may come before all is sent: a refusal needn't wait for the end.
@@ -69,17 +126,44 @@ class Connection {
       if (error || size == 0) throw Failure(Failure::Kind::local_file, "the file changed while it was sent");
       left -= size;
       for (asio::const_buffer rest(piece.data(), size); rest.size() > 0 && !error;)
-        rest += write_some([&](auto done) { stream_.async_write_some(rest, done); }, error);
+        rest += write_some([&](auto& stream, auto done) { stream.async_write_some(rest, done); }, error);
     }
     return receive();
   }
 
  private:
+  using TlsStream = beast::ssl_stream<beast::tcp_stream&>;
+
+  void shake_hands() {
+    tls_.emplace(stream_, *tls_context_);
+    expect_name(tls_->native_handle(), address_.host);
+    beast::error_code error;
+    tls_->async_handshake(asio::ssl::stream_base::client, [&](beast::error_code e) { error = e; });
+    finish();
+    if (error && error.category() == asio::error::get_ssl_category()) {
+      const long reason = SSL_get_verify_result(tls_->native_handle());
+      if (reason != X509_V_OK)
+        throw Failure(Failure::Kind::untrusted, "can't trust " + to_url(address_) + ": " + tell_distrust(reason));
+      throw Failure(Failure::Kind::unreachable, "can't reach " + to_url(address_) +
+                                                    ": it speaks no TLS that is known here (" + error.message() +
+                                                    "); is it http:// there?");
+    }
+    check(error);
+    if (const X509* shown = SSL_get0_peer_certificate(tls_->native_handle()))
+      certificate_expires_ = proto::expiry_of(*shown);
+  }
+
+  /// Begins what is done with the connection as it is.
+  template <typename Operation>
+  void start(const Operation& operation) {
+    tls_ ? operation(*tls_) : operation(stream_);
+  }
+
   template <typename Serializer>
   void send(Serializer& serializer) {
     beast::error_code error;
     while (!serializer.is_done() && !error)
-      write_some([&](auto done) { http::async_write_some(stream_, serializer, done); }, error);
+      write_some([&](auto& stream, auto done) { http::async_write_some(stream, serializer, done); }, error);
   }
 
   /// Waits for one write, and gives its bytes. When the server ends the connection there is an error and no throw: it
@@ -88,7 +172,9 @@ class Connection {
   std::size_t write_some(const Write& write, beast::error_code& error) {
     std::size_t written = 0;
     stream_.expires_after(kIdleTimeout);
-    write([&](beast::error_code e, std::size_t bytes) { error = e, written = bytes; });
+    start([&](auto& stream) {
+      write(stream, [&](beast::error_code e, std::size_t bytes) { error = e, written = bytes; });
+    });
     finish();
     if (error != asio::error::broken_pipe && error != asio::error::connection_reset) check(error);
     return written;
@@ -101,13 +187,15 @@ class Connection {
     beast::error_code error;
     while (!parser.is_done()) {
       stream_.expires_after(kIdleTimeout);
-      http::async_read_some(stream_, received_, parser, [&](beast::error_code e, std::size_t) { error = e; });
+      start([&](auto& stream) {
+        http::async_read_some(stream, received_, parser, [&](beast::error_code e, std::size_t) { error = e; });
+      });
       finish();
       check(error);
     }
     auto message = parser.release();
     return {message.result_int(), std::string(message[http::field::retry_after]), std::move(message.body()),
-            std::string(message[http::field::date])};
+            std::string(message[http::field::date]), certificate_expires_};
   }
 
   void finish() {
@@ -124,13 +212,22 @@ class Connection {
   const ServerAddress& address_;
   asio::io_context io_{1};
   beast::tcp_stream stream_;
+  std::optional<asio::ssl::context> tls_context_;
+  std::optional<TlsStream> tls_;  ///< Over the stream, where the server speaks TLS.
+  std::optional<std::chrono::sys_seconds> certificate_expires_;
   beast::flat_buffer received_;
 };
+
+/// "host:port".
+std::string authority_of(const ServerAddress& address) {
+  const bool is_ipv6 = address.host.find(':') != std::string::npos;
+  return (is_ipv6 ? "[" + address.host + "]" : address.host) + ":" + address.port;
+}
 
 template <typename Body>
 http::request<Body> head_of(const ServerAddress& address, const HttpRequest& request) {
   http::request<Body> head(http::string_to_verb(request.method), request.target, 11);
-  head.set(http::field::host, to_url(address).substr(kScheme.size()));
+  head.set(http::field::host, authority_of(address));
   head.set(http::field::user_agent, "tessera");
   head.set(http::field::connection, "close");
   if (!request.key.empty()) head.set(http::field::authorization, "Bearer " + request.key);
@@ -166,11 +263,12 @@ HttpResponse exchange_body(const ServerAddress& address, const HttpRequest& requ
 }  // namespace
 
 std::optional<ServerAddress> parse_server_url(std::string_view url) {
-  if (!url.starts_with(kScheme)) return std::nullopt;
-  url.remove_prefix(kScheme.size());
+  const bool is_tls = url.starts_with(kTlsScheme);
+  if (!is_tls && !url.starts_with(kPlainScheme)) return std::nullopt;
+  url.remove_prefix(is_tls ? kTlsScheme.size() : kPlainScheme.size());
   if (url.ends_with('/')) url.remove_suffix(1);
 
-  ServerAddress address{.host = {}, .port = "80"};
+  ServerAddress address{.host = {}, .port = is_tls ? "443" : "80", .is_tls = is_tls};
   if (url.starts_with('[')) {
     const auto end = url.find(']');
     if (end == url.npos) return std::nullopt;
@@ -192,8 +290,7 @@ std::optional<ServerAddress> parse_server_url(std::string_view url) {
 }
 
 std::string to_url(const ServerAddress& address) {
-  const bool is_ipv6 = address.host.find(':') != std::string::npos;
-  return std::string(kScheme) + (is_ipv6 ? "[" + address.host + "]" : address.host) + ":" + address.port;
+  return std::string(address.is_tls ? kTlsScheme : kPlainScheme) + authority_of(address);
 }
 
 std::string percent_encode(std::string_view text) {

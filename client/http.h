@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,13 +13,15 @@ namespace tessera::client {
 struct ServerAddress {
   std::string host = "127.0.0.1";
   std::string port = "8080";
+  bool is_tls = false;
+  std::filesystem::path ca_file{};  ///< PEM, of who vouches for its certificate; empty for whom the system trusts.
 };
 
-/// Reads "http://host[:port][/]", host possibly an IPv6 address in brackets; the port defaults to 80. Nothing for
-/// anything else, https included.
+/// Reads "http://host[:port][/]" or the same with https, host possibly an IPv6 address in brackets; the port defaults
+/// to 80, or 443. Nothing for anything else.
 std::optional<ServerAddress> parse_server_url(std::string_view url);
 
-/// "http://host:port".
+/// "http://host:port", or with https.
 std::string to_url(const ServerAddress& address);
 
 /// `text` as one segment of a path or one value of a query (RFC 3986).
@@ -37,11 +40,12 @@ struct HttpResponse {
   std::string retry_after;
   std::string body;
   std::string date{};
+  std::optional<std::chrono::sys_seconds> certificate_expires{};  ///< That the server showed.
 };
 
 /// Sends one request over a connection of its own and waits for the answer, of any status. A file is sent only once
 /// the server asks for it (Expect: 100-continue), so that one it knows or refuses isn't sent for nothing. Throws
-/// `Failure` (unreachable, local_file). Safe to call from any number of threads.
+/// `Failure` (unreachable, untrusted, local_file). Safe to call from any number of threads.
 HttpResponse exchange(const ServerAddress& address, HttpRequest request);
 
 }  // namespace tessera::client

@@ -23,7 +23,7 @@ constexpr const char* kExitCodes =
     "  1  the job failed or was canceled, or doctor found something wrong\n"
     "  2  the command line is wrong\n"
     "  3  the server refused; what is wrong stands on stderr, a line for each place\n"
-    "  4  the server can't be reached\n"
+    "  4  the server can't be reached, or trusted\n"
     "  5  a local file, or stdout, can't be read or written, or a file may not be uploaded\n"
     "130  Ctrl-C; a job that was submitted goes on\n";
 
@@ -75,6 +75,9 @@ ExitCode run(int argc, char** argv) {
   session.json = std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
   tool.add_option("--server", session.server_url, "The server's URL")->envname("TESSERA_SERVER")->capture_default_str();
   tool.add_option("--key-file", session.key_file, "File that holds the key for the server; else TESSERA_KEY does");
+  tool.add_option("--ca-file", session.ca_file,
+                  "PEM file with the certificates of who vouches for an https:// server, in place of the system's")
+      ->envname("TESSERA_CA_FILE");
   tool.add_flag("--json", session.json, "Answers on stdout are JSON, and so are errors on stderr");
   add_render(tool, session);
   add_submit(tool, session);

@@ -1,9 +1,11 @@
 #include "client/doctor.h"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,6 +52,13 @@ std::map<std::string, double> metrics_of(const Client& client) try {
   return {};
 }
 
+/// Nothing where none is shown.
+std::optional<std::chrono::sys_seconds> certificate_end_of(const Client& client) try {
+  return client.ask("/livez").certificate_expires;
+} catch (const Failure&) {
+  return std::nullopt;
+}
+
 }  // namespace
 
 void add_doctor(CLI::App& tool, Session& session) {
@@ -58,12 +67,20 @@ void add_doctor(CLI::App& tool, Session& session) {
   const auto data_dir = std::make_shared<std::string>();
   command->add_option("--data-dir", *data_dir,
                       "The server's data folder, where it runs on this machine: look at that, too");
+  const auto certificate = std::make_shared<std::string>(), key = std::make_shared<std::string>();
+  CLI::Option* of_certificate =
+      command->add_option("--tls-certificate", *certificate,
+                          "The server's certificate, where its file is on this machine: look at that, too");
+  of_certificate->needs(command->add_option("--tls-key", *key, "The key of that certificate")->needs(of_certificate));
   command->footer("Exit codes: 0 when nothing is wrong, warnings aside; 1 when something is.");
-  command->callback([&session, data_dir] {
+  command->callback([&session, data_dir, certificate, key] {
     const Client client = session.client();
     std::vector<Finding> findings = examine_server(client, TESSERA_VERSION);
     if (!data_dir->empty())
       std::ranges::move(examine_machine(*data_dir, metrics_of(client)), std::back_inserter(findings));
+    if (!certificate->empty())
+      std::ranges::move(examine_certificate(*certificate, *key, certificate_end_of(client)),
+                        std::back_inserter(findings));
     if (session.json)
       session.print_json(to_json(findings));
     else

@@ -55,6 +55,7 @@ ExitCode exit_code(Failure::Kind kind) {
     case Failure::Kind::refused:
       return ExitCode::refused;
     case Failure::Kind::unreachable:
+    case Failure::Kind::untrusted:
       return ExitCode::unreachable;
     case Failure::Kind::local_file:
       return ExitCode::local_file;
@@ -81,8 +82,9 @@ void write_to_stderr(const std::string& line) { std::fputs((line + '\n').c_str()
 }  // namespace
 
 Client Session::client() const {
-  const auto address = parse_server_url(server_url);
+  auto address = parse_server_url(server_url);
   if (!address) throw CLI::ValidationError("--server", "'" + server_url + "' isn't a URL like http://127.0.0.1:8080");
+  address->ca_file = ca_file;
   return Client(*address, read_key(key_file));
 }
 

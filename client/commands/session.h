@@ -29,7 +29,7 @@ enum class ExitCode {
 class Session {
  public:
   std::string server_url = "http://127.0.0.1:8080";
-  std::string key_file;
+  std::string key_file, ca_file;
   bool json = false;
   ExitCode exit_code = ExitCode::ok;
 

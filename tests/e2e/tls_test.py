@@ -5,7 +5,6 @@ import hashlib
 import json
 import os
 import random
-import re
 import shutil
 import signal
 import socket
@@ -322,6 +321,23 @@ class TlsTest(unittest.TestCase):
             damaged[at] ^= 0x55
             self.assertNotIn(b"HTTP/1.1 2", raw(self.daemon, bytes(damaged)))
 
+    def test_new_keys_in_the_middle(self):
+        """A record without anything for HTTP in it isn't waited behind (RFC 8446, 4.6.3)."""
+        with self.start("--access-log") as daemon:
+            command = ["openssl", "s_client", "-connect", f"{daemon.host}:{daemon.port}", "-CAfile", self.authority.path]
+            with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE) as client:
+                said = ""
+                for count, key in enumerate(("K", "k", "K"), 1):  # With news of keys asked for in return, and without.
+                    client.stdin.write(f"{key}\n".encode())
+                    client.stdin.flush()
+                    while said.count("KEYUPDATE") < count and (piece := os.read(client.stderr.fileno(), 65536)):
+                        said += piece.decode()
+                    client.stdin.write(GET + b"\r\n")
+                    client.stdin.flush()
+                    self.assertEqual(daemon.count_in_log("path=/livez", count), count, said)
+                client.kill()
+
     def test_a_broken_record_ends_the_connection(self):
         with Pipe(self.daemon, self.context) as pipe:
             pipe.send(GET + b"\r\n")
@@ -400,6 +416,100 @@ class TlsTest(unittest.TestCase):
                                   "--host", "0.0.0.0", *self.certificate.flags], capture_output=True, text=True, check=False)
         self.assertEqual(refused.returncode, 1)  # TLS keeps nobody out.
         self.assertIn("there are no keys", refused.stderr)
+
+
+@unittest.skipUnless(shutil.which("openssl"), "no openssl here")
+class ClientTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="tessera-tls-")
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.authority = Authority(cls.folder)
+        cls.certificate = cls.authority.issue("localhost")
+        cls.daemon = Daemon(*cls.certificate.flags, context=cls.authority.context())
+        cls.addClassCleanup(cls.daemon.stop)
+
+    def run_client(self, *arguments, url=None, ca=True, status=0, env=None):
+        command = [os.environ["TESSERA"], "--server", url or self.daemon.url]
+        command += ["--ca-file", self.authority.path] if ca is True else ["--ca-file", ca] if ca else []
+        clean = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_") and k != "SSL_CERT_FILE"}
+        done = subprocess.run([*command, *arguments], capture_output=True, check=False, timeout=120,
+                              env={**clean, **(env or {})})
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done.stdout if status == 0 else done.stderr.decode()
+
+    def test_it_renders(self):
+        scene = os.path.join(self.folder, "scene.json")
+        with open(scene, "w", encoding="ascii") as file:
+            json.dump(SPHERE, file)
+        image = self.run_client("render", scene, "-o", "-", "--size", "40x30")
+        self.assertTrue(image.startswith(b"\x89PNG"))
+        self.assertTrue(self.run_client("list", env={"TESSERA_CA_FILE": self.authority.path}, ca=False) is not None)
+        # Whom the system trusts: OpenSSL lets the environment say who that is.
+        self.run_client("list", env={"SSL_CERT_FILE": self.authority.path}, ca=False)
+        self.run_client("list", url=f"https://localhost:{self.daemon.port}")
+
+    def test_it_uploads_large_files(self):
+        path = os.path.join(self.folder, "many.ply")
+        with open(path, "w", encoding="ascii") as file:
+            file.write("ply\nformat ascii 1.0\nelement vertex 60000\nproperty float x\nproperty float y\nproperty float z\n"
+                       "element face 20000\nproperty list uchar int vertex_indices\nend_header\n")
+            file.writelines(f"{i % 100 + 0.123456} {i // 100 + 0.654321} {(i * i) % 17}\n" for i in range(60000))
+            file.writelines(f"3 {3 * i} {3 * i + 1} {3 * i + 2}\n" for i in range(20000))
+        self.assertGreater(os.path.getsize(path), 1 << 20)
+        image = self.run_client("render", path, "-o", "-", "--size", "40x30", "--spp", "1")
+        self.assertTrue(image.startswith(b"\x89PNG"))
+
+    def test_whom_it_doesnt_trust(self):
+        said = self.run_client("list", ca=False, status=4)
+        self.assertIn("nobody who is trusted here vouches", said)
+        self.assertIn("--ca-file", said)
+        stranger = Authority(self.folder, "stranger")
+        self.assertIn("nobody who is trusted here vouches", self.run_client("list", ca=stranger.path, status=4))
+        for missing in ("/nowhere", self.authority.key):
+            self.assertIn(missing, self.run_client("list", ca=missing, status=5))
+        for days, names, words in ((30, "DNS:elsewhere.example", "is for another name"),
+                                   (30, "DNS:127.0.0.1", "is for another name"),  # A name isn't an address.
+                                   (-1, "IP:127.0.0.1", "has expired")):
+            certificate = self.authority.issue("other", days=days, names=names)
+            with Daemon(*certificate.flags) as daemon:
+                self.assertIn(words, self.run_client("list", url=daemon.url, status=4))
+        said = self.run_client("--json", "list", ca=False, status=4)
+        self.assertEqual(json.loads(said)["error"]["kind"], "unreachable")
+
+    def test_the_wrong_scheme(self):
+        self.assertIn("https://", self.run_client("list", url=self.daemon.url.replace("https", "http"), status=3))
+        with Daemon() as plain:
+            self.assertIn("is it http://", self.run_client("list", url=plain.url.replace("http", "https"), status=4))
+
+    def doctor(self, *arguments, daemon=None, status=0):
+        said = subprocess.run([os.environ["TESSERA"], "--server", (daemon or self.daemon).url, "--ca-file",
+                               self.authority.path, "--json", "doctor", *arguments], capture_output=True, text=True,
+                              check=False, timeout=120)
+        self.assertEqual(said.returncode, status, said.stdout + said.stderr)
+        return {each["check"]: (each["verdict"], each["detail"]) for each in json.loads(said.stdout)["findings"]}
+
+    def test_doctor(self):
+        found = self.doctor(*self.certificate.flags)
+        self.assertEqual((found["certificate"][0], found["certificate files"][0]), ("ok", "ok"))
+        self.assertNotIn("certificate in force", found)
+        self.assertNotIn("certificate key", found)
+
+        soon, gone = self.authority.issue("soon", days=5), self.authority.issue("gone", days=-1)
+        with Daemon(*soon.flags) as daemon:
+            found = self.doctor(daemon=daemon)
+            self.assertEqual(found["certificate"][0], "warn")
+            self.assertIn(": 4 days", found["certificate"][1])
+            found = self.doctor(*self.certificate.flags, daemon=daemon)  # Renewed, and not read yet.
+            self.assertEqual((found["certificate files"][0], found["certificate in force"][0]), ("ok", "warn"))
+        with Daemon(*gone.flags) as daemon:
+            self.assertIn("expired", self.doctor(daemon=daemon, status=1)["server"][1])
+        self.assertEqual(self.doctor(*gone.flags, status=1)["certificate files"][0], "FAIL")
+        said = self.doctor("--tls-certificate", self.certificate.path, "--tls-key", soon.key, status=1)
+        self.assertIn("isn't that of the certificate", said["certificate files"][1])
+        os.chmod(soon.key, 0o644)
+        self.assertEqual(self.doctor(*soon.flags)["certificate key"][0], "warn")
+        self.run_client("doctor", "--tls-key", soon.key, status=2)
 
 
 @unittest.skipUnless(shutil.which("openssl"), "no openssl here")

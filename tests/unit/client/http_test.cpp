@@ -17,11 +17,16 @@ TEST(ServerUrl, ReadsHostAndPort) {
   EXPECT_EQ(round_trip("http://render.example/"), "http://render.example:80");
   EXPECT_EQ(round_trip("http://[::1]:9000/"), "http://[::1]:9000");
   EXPECT_EQ(parse_server_url("http://[::1]:9000")->host, "::1");
+  EXPECT_EQ(round_trip("https://render.example"), "https://render.example:443");
+  EXPECT_EQ(round_trip("https://[::1]:9000/"), "https://[::1]:9000");
+  EXPECT_FALSE(parse_server_url("http://a")->is_tls);
+  EXPECT_TRUE(parse_server_url("https://a")->is_tls);
 }
 
 TEST(ServerUrl, RefusesWhatItCannotReach) {
-  for (const char* url : {"", "127.0.0.1:8080", "https://a", "http://", "http://:80", "http://a:", "http://a:b",
-                          "http://a:123456", "http://a/path", "http://user@a", "http://[::1", "http://[::1]9"})
+  for (const char* url :
+       {"", "127.0.0.1:8080", "https://", "HTTPS//a", "ftp://a", "http://", "http://:80", "http://a:", "http://a:b",
+        "http://a:123456", "http://a/path", "http://user@a", "http://[::1", "http://[::1]9"})
     EXPECT_FALSE(parse_server_url(url)) << url;
 }
 
@@ -37,6 +42,16 @@ TEST(Exchange, SaysThatNobodyListens) {
   } catch (const Failure& failure) {
     EXPECT_EQ(failure.kind(), Failure::Kind::unreachable);
     EXPECT_NE(std::string(failure.what()).find("http://127.0.0.1:1"), std::string::npos) << failure.what();
+  }
+}
+
+TEST(Exchange, SaysThatNobodyIsTrusted) {
+  try {
+    exchange({.is_tls = true, .ca_file = "/no/such/file"}, {.method = "GET", .target = "/"});
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.kind(), Failure::Kind::local_file);
+    EXPECT_NE(std::string(failure.what()).find("/no/such/file"), std::string::npos) << failure.what();
   }
 }
 

@@ -20,6 +20,9 @@ Response show_job(Services& services, Request& request);
 Response cancel_job(Services& services, Request& request);
 Response delete_job(Services& services, Request& request);
 
+Response watch_job(Services& services, Request& request);
+Response watch_jobs(Services& services, Request& request);
+
 Response post_render(Services& services, Request& request);
 Response post_drake_render(Services& services, Request& request);
 

@@ -13,6 +13,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "proto/wire/problem.h"
+#include "server/http/stream.h"
 
 namespace tessera::server {
 
@@ -29,7 +30,8 @@ struct Response {
       nullptr;  ///< In place of `body`, where others hold it too.
   /// First byte and size of what is sent of all that; nothing: all.
   std::optional<std::pair<std::size_t, std::size_t>> part = std::nullopt;
-  bool has_length = true;  ///< Not of an answer to HEAD for what would have to be made to know it.
+  bool has_length = true;                    ///< Not of an answer to HEAD for what would have to be made to know it.
+  std::shared_ptr<Stream> stream = nullptr;  ///< In place of both bodies. The connection ends with it.
   std::shared_ptr<const Later> later = nullptr;  ///< Where there is one, this isn't the answer yet.
 
   std::string_view content() const;

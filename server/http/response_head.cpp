@@ -65,7 +65,8 @@ std::string response_head(const Response& response, bool keeps_connection, int m
   text += reason(response.status);
   text += "\r\nServer: tessera/" TESSERA_VERSION "\r\nDate: " + http_date() + "\r\n";
   for (const auto& [name, value] : response.headers) text += name + ": " + value + "\r\n";
-  if (!is_bare(response) && response.has_length)
+  if (response.stream && minor_version > 0) text += "Transfer-Encoding: chunked\r\n";
+  if (!is_bare(response) && response.has_length && !response.stream)
     text += "Content-Length: " + std::to_string(response.content().size()) + "\r\n";
   if (!keeps_connection) text += "Connection: close\r\n";
   if (keeps_connection && minor_version == 0) text += "Connection: keep-alive\r\n";

@@ -51,6 +51,8 @@ std::span<const Route> route_table() {
        fetch_image},
       {"GET", "/v1/jobs/{id}/plan", {}, Body::none, Place::io, show_plan},
       {"GET", "/v1/jobs/{id}/stats", {}, Body::none, Place::io, show_stats},
+      {"GET", "/v1/jobs/{id}/events", {}, Body::none, Place::io, watch_job},
+      {"GET", "/v1/events", {}, Body::none, Place::io, watch_jobs},
       {"POST", "/v1/render", render_query_names(), Body::asset, Place::quick, post_render},
       {"POST", "/render", drake_query_names(), Body::asset, Place::quick, post_drake_render, text_response, true},
       open_to_all({"GET", "/livez", {}, Body::none, Place::io, livez}),

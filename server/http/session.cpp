@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -15,6 +16,8 @@
 #include <vector>
 
 #include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
@@ -48,6 +51,10 @@ constexpr std::size_t kPieceBytes = 64 << 10;
 constexpr std::size_t kFilePieceBytes = 256 << 10;
 constexpr std::chrono::seconds kLinger{2};
 constexpr unsigned kMostSteps = 16;
+/// Something is written at least so often to who reads a stream, so that it is noticed when nobody does any more.
+constexpr std::chrono::seconds kHeartbeat{15};
+/// Of what has been streamed and isn't sent yet; the system takes twice that.
+constexpr int kStreamBuffer = 16 << 10;
 /// Of encoded images that slow readers hold together.
 constexpr std::uint64_t kMostAnswers = 4ULL << 30;
 /// What the quick lane takes: documents of so many bytes, that name files of so many.
@@ -163,6 +170,16 @@ struct AtHand {
   std::uint64_t bytes_sent = 0;    ///< Of its answer, header included.
 };
 
+/// Wakes a session that streams.
+struct ToldOfMore final : EventFeed::Watcher {
+  ToldOfMore(EventLoop& its_loop, Channel& channel) : loop(its_loop) { message.to = &channel; }
+  void told() noexcept override { loop.post(message); }
+
+  EventLoop& loop;
+  EventLoop::Message message;
+  bool is_watching = false;  ///< Until it has seen the message.
+};
+
 /// What became of work in a lane.
 struct Outcome {
   std::optional<Response> response;  ///< None where there was no memory for any.
@@ -235,8 +252,10 @@ class Session {
     }
     add_request_id(response, at_hand_.id);
     // A body that wasn't read to its end stands where the next request should begin.
-    const bool keep = head.keep_alive && body_is_read_ && !stopping;
-    const bool sent = co_await send(head, response, keep);
+    const bool keep = head.keep_alive && body_is_read_ && !stopping && !response.stream;
+    bool sent = co_await send(head, response, keep);
+    if (sent && response.stream && head.method != "HEAD")
+      sent = co_await stream(*response.stream, head.minor_version > 0);
     tell_end(response.status);
     co_return sent&& keep;
   }
@@ -501,6 +520,79 @@ class Session {
     co_return sent;
   }
 
+  /// Writes what there is, as it comes, until there is no more, the client has gone, or the server stops.
+  Task<bool> stream(Stream& from, bool is_chunked) {
+    keep_little_unsent();
+    ToldOfMore told(loop_, channel_);
+    bool went_well = false;
+    try {
+      went_well = co_await stream(from, is_chunked, told);
+    } catch (const std::exception& error) {
+      const RequestScope scope(at_hand_.id);
+      spdlog::error("a stream ends early: {}", error.what());
+    }
+    if (told.is_watching && !from.stop_watching(told))
+      while (!told.message.is_done) co_await channel_.change();
+    co_return went_well;
+  }
+
+  Task<bool> stream(Stream& from, bool is_chunked, ToldOfMore& told) {
+    bool is_over = false, has_asked = false, went_well = true;
+    while (!is_over && went_well) {
+      if (!told.is_watching) told.is_watching = from.watch(told);  // Before it looks, so that nothing is missed.
+      const auto now = Channel::Clock::now();
+      Stream::Piece piece = next_piece(from, now);
+      is_over = piece.is_last || services_.shutting_down;
+      const bool has_to_ask = channel_.peer_has_finished() && !has_asked;
+      if (has_to_ask) has_asked = true;
+      const bool is_quiet = now - written_ >= kHeartbeat || has_to_ask;
+      if (piece.text.empty() && is_quiet) piece.text = from.filler();
+      if (!piece.text.empty()) {
+        written_ = now;
+        went_well = co_await write_piece(piece.text, is_chunked);
+      }
+      if (is_over || !went_well) break;
+      const auto rested = now + from.rest(), until = std::max(rested, std::min(piece.next, written_ + kHeartbeat));
+      const auto has_to_look = [&] {
+        const auto at = Channel::Clock::now();
+        return at >= until || (told.message.is_done && at >= rested) || channel_.broken().stop_requested() ||
+               services_.shutting_down || (channel_.peer_has_finished() && !has_asked);
+      };
+      while (!has_to_look()) {
+        channel_.expires_at(told.message.is_done ? rested : until);
+        co_await channel_.change();
+      }
+      if (channel_.broken().stop_requested()) went_well = false;
+      if (told.message.is_done) told.is_watching = told.message.is_done = false;
+    }
+    if (went_well && is_chunked) went_well = co_await write("0\r\n\r\n", {});
+    co_return went_well;
+  }
+
+  static Stream::Piece next_piece(Stream& from, Channel::Clock::time_point now) {
+    const MemoryReserve::Share share;
+    return from.next(now);
+  }
+
+  /// As a chunk where these are known.
+  Task<bool> write_piece(std::string& text, bool is_chunked) {
+    char size[24] = "";
+    if (is_chunked) {
+      std::snprintf(size, sizeof size, "%zx\r\n", text.size());
+      text += "\r\n";
+    }
+    const bool written = co_await write(size, text);
+    co_return written;
+  }
+
+  /// What the system holds for a slow reader is old by the time that it is read; and who has gone without a word is to
+  /// be noticed.
+  void keep_little_unsent() {
+    const int bytes = kStreamBuffer, milliseconds = static_cast<int>(std::chrono::milliseconds(timeout_).count());
+    ::setsockopt(channel_.socket(), SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+    ::setsockopt(channel_.socket(), IPPROTO_TCP, TCP_USER_TIMEOUT, &milliseconds, sizeof milliseconds);
+  }
+
   /// Piece by piece, so that a slow reader has the time that its link needs, and a stuck one hasn't.
   Task<bool> write(std::string_view first, std::string_view second) {
     channel_.expires_after(timeout_);
@@ -565,7 +657,8 @@ class Session {
   bool body_is_read_ = false;  ///< Of the request at hand.
   bool has_answered_ = false;  ///< Or begun to.
   AtHand at_hand_;
-  unsigned steps_ = 0;  ///< Reads and writes since this waited last.
+  Channel::Clock::time_point written_;  ///< When a stream was written to last.
+  unsigned steps_ = 0;                  ///< Reads and writes since this waited last.
 };
 
 }  // namespace

@@ -272,6 +272,17 @@ struct EventKind {
   std::string_view operator()(const JobEvent::Removed&) const { return "removed"; }
 };
 
+struct EventStep {
+  std::optional<JobStep> operator()(const JobEvent::Queued&) const { return JobStep::queued; }
+  std::optional<JobStep> operator()(const JobEvent::QueuedAgain&) const { return JobStep::queued; }
+  std::optional<JobStep> operator()(const JobEvent::Preparing&) const { return JobStep::preparing; }
+  std::optional<JobStep> operator()(const JobEvent::Planned&) const { return std::nullopt; }
+  std::optional<JobStep> operator()(const JobEvent::Rendering&) const { return JobStep::rendering; }
+  std::optional<JobStep> operator()(const JobEvent::Ended&) const { return JobStep::ended; }
+  std::optional<JobStep> operator()(const JobEvent::ImageGone&) const { return std::nullopt; }
+  std::optional<JobStep> operator()(const JobEvent::Removed&) const { return std::nullopt; }
+};
+
 decltype(JobEvent::what) read_what(std::string_view kind, const json& body) {
   if (kind == "queued" && body.contains("order"))
     return JobEvent::Queued{std::make_shared<const JobOrder>(read_order(body))};
@@ -312,6 +323,8 @@ std::string body_of(const JobEvent& event) {
   body["age"] = in_seconds(event.age);
   return body.dump(-1, ' ', false, json::error_handler_t::replace);
 }
+
+std::optional<JobStep> step_of(const JobEvent& event) { return std::visit(EventStep{}, event.what); }
 
 JobEvent read_event(const JournalEntry& entry) {
   const json body = json::parse(entry.body);

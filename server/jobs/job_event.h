@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "proto/parse.h"
+#include "server/jobs/event_feed.h"
 #include "server/jobs/job.h"
 #include "server/store/journal.h"
 
@@ -55,6 +56,9 @@ JobFigures read_figures(const std::string& text);
 /// As the journal has them. "queued" again after a start has no order.
 std::string_view kind_of(const JobEvent& event);
 std::string body_of(const JobEvent& event);
+
+/// The step that a job comes to by an event; nothing where it doesn't come to any.
+std::optional<JobStep> step_of(const JobEvent& event);
 
 /// A `JobOrder::document`, whatever limits there are now: it was accepted within those of its day.
 proto::Result<proto::JobRequest> read_order_document(std::string_view document);

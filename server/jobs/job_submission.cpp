@@ -194,7 +194,7 @@ std::vector<std::string> restore_jobs(const Journal& journal, const ImageStore& 
   for (auto entries = journal.since(last, kAtOnce); !entries.empty(); entries = journal.since(last, kAtOnce)) {
     for (const JournalEntry& entry : entries) {
       try {
-        jobs.restore(entry.job, read_event(entry));
+        jobs.restore(entry.job, read_event(entry), entry.seq);
       } catch (const std::exception& error) {
         spdlog::error("job {}: event {} of the journal is left out: {}", entry.job, entry.seq, error.what());
       }

@@ -168,6 +168,8 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::
       added.written = write_and_tell(id, event, Journal::OnFailure::refuse,
                                      [this, id](const Outcome& outcome) { has_been_queued(id, outcome); });
       job.is_written = true;
+    } else {
+      announce(id, step_of(event), std::nullopt, after);
     }
     spdlog::info("job {}: queued", id);
     return added;
@@ -342,6 +344,7 @@ void JobTable::begin(const std::string& id, const JobEvent& event, const JobEven
   job.view.times.queued = JobTimes::Clock::now() - std::chrono::duration_cast<JobTimes::Clock::duration>(ago);
   const std::uint64_t bytes = job.film_bytes;
   if (const auto& retry = queued.order->retry) retries_.insert_or_assign(retry->key, id);
+  events_.add(id, queued.order->owner);
   if (!jobs_.emplace(id, std::move(job)).second) throw std::logic_error("a job was queued twice: " + id);
   unfinished_bytes_ += bytes;
   ++unfinished_;
@@ -417,6 +420,11 @@ JobEvent JobTable::now(const Job& job, decltype(JobEvent::what) what) {
   return {std::chrono::system_clock::now(), JobTimes::Clock::now() - job.view.times.queued, std::move(what)};
 }
 
+void JobTable::announce(const std::string& id, std::optional<JobStep> step, std::optional<std::uint64_t> seq,
+                        Aftermath& after) {
+  if (step) after.audience.add(events_.happened(id, *step, seq));
+}
+
 void JobTable::write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
                      const std::function<void(const Outcome&)>& then) {
   Journal::Append entry{
@@ -424,7 +432,11 @@ void JobTable::write(const std::string& id, const JobEvent& event, Journal::OnFa
   entry.removes_others = std::holds_alternative<JobEvent::Removed>(event.what);
   entry.removes_image = std::holds_alternative<JobEvent::ImageGone>(event.what);
   if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what)) entry.image = ended->image;
-  entry.done = then;
+  entry.done = [this, id, step = step_of(event), then](const Outcome& outcome, std::uint64_t seq) {
+    if (then) then(outcome);
+    Aftermath after;
+    if (!outcome) announce(id, step, seq, after);
+  };
   journal_->append(std::move(entry));
 }
 
@@ -439,11 +451,13 @@ JobTable::Told JobTable::write_and_tell(const std::string& id, const JobEvent& e
   return told;
 }
 
-bool JobTable::happen(Job& job, decltype(JobEvent::what) what) {
-  Aftermath after;  // Of a step there is none.
+bool JobTable::happen(Job& job, decltype(JobEvent::what) what, Aftermath& after) {
   const JobEvent event = now(job, std::move(what));
   apply_now(job.view.id, event, after);
-  if (job.is_written) write(job.view.id, event, Journal::OnFailure::retry, false);
+  if (job.is_written)
+    write(job.view.id, event, Journal::OnFailure::retry, false);
+  else
+    announce(job.view.id, step_of(event), std::nullopt, after);
   return true;
 }
 
@@ -465,6 +479,7 @@ bool JobTable::finish(Job& job, JobEvent::Ended how, Aftermath& after) {
   } catch (const std::bad_alloc&) {  // Then the next daemon does it again.
   }
   apply_now(job.view.id, event, after);
+  announce(job.view.id, step_of(event), std::nullopt, after);
   forget_oldest(after);
   return true;
 }
@@ -507,6 +522,7 @@ void JobTable::drop(Jobs::iterator ended, Aftermath& after) {
   if (job.film) drop_film(job, after);
   forget_files(job, after);
   if (const auto& retry = job.view.order->retry) retries_.erase(retry->key);
+  after.audience.add(events_.forget(job.view.id));
   --by_state_[index_of(job.view.state)];
   ended_.erase(job.among_ended);
   jobs_.erase(ended);
@@ -528,27 +544,30 @@ bool JobTable::is_unfinished(const std::string& id) {
 }
 
 bool JobTable::start_preparing(const std::string& id) {
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   Job* job = find_at_work(id);
-  return job && happen(*job, JobEvent::Preparing{});
+  return job && happen(*job, JobEvent::Preparing{}, after);
 }
 
 bool JobTable::set_plan(const std::string& id, std::shared_ptr<const PlanReport> plan,
                         std::shared_ptr<const ObjectMarks> tested) {
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   Job* job = find_at_work(id);
   if (!job) return false;
   job->view.tested = std::move(tested);
-  return happen(*job, JobEvent::Planned{std::move(plan)});
+  return happen(*job, JobEvent::Planned{std::move(plan)}, after);
 }
 
 bool JobTable::start_rendering(const std::string& id, std::optional<StructureUse> structure,
                                std::shared_ptr<const Film> film) {
+  Aftermath after;
   const std::lock_guard lock(mutex_);
   Job* job = find_at_work(id);
   if (!job) return false;
   job->film = std::move(film);
-  return happen(*job, JobEvent::Rendering{std::move(structure)});
+  return happen(*job, JobEvent::Rendering{std::move(structure)}, after);
 }
 
 bool JobTable::complete(const std::string& id, std::optional<StructureUse> structure, const KeptImage& image) {
@@ -663,13 +682,14 @@ void JobTable::lend(const std::shared_ptr<const Film>& film, std::uint64_t bytes
 
 bool JobTable::render_again(const std::string& id, std::shared_ptr<const void> needs) {
   {
+    Aftermath after;
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(id);
     if (found == jobs_.end() || found->second.view.state != JobState::completed || !found->second.has_image)
       return false;
     if (!found->second.view.order->settings.seconds) {
       found->second.needs = std::move(needs);
-      return happen(found->second, JobEvent::QueuedAgain{});
+      return happen(found->second, JobEvent::QueuedAgain{}, after);
     }
   }
   let_image_go(id);
@@ -756,13 +776,16 @@ void JobTable::shut_down() {
       job.stop.request_stop();
       tell(job.waiters, after);
     } else {
-      apply_now(id, now(job, JobEvent::Ended{JobState::canceled}), after);
+      const JobEvent end = now(job, JobEvent::Ended{JobState::canceled});
+      apply_now(id, end, after);
+      announce(id, step_of(end), std::nullopt, after);
     }
   }
   forget_oldest(after);
+  after.audience.add(events_.close());
 }
 
-void JobTable::restore(const std::string& id, const JobEvent& event) {
+void JobTable::restore(const std::string& id, const JobEvent& event, std::uint64_t seq) {
   Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
@@ -771,6 +794,8 @@ void JobTable::restore(const std::string& id, const JobEvent& event) {
     job.view.progress = job.progress = std::make_shared<Progress>(ended->figures);
   }
   apply(id, event, after);
+  announce(id, step_of(event), seq, after);
+  events_.begin_after(seq);
   if (!std::holds_alternative<JobEvent::Queued>(event.what)) return;
   Job& job = jobs_.find(id)->second;
   job.is_written = job.is_settled = true;
@@ -785,7 +810,7 @@ std::vector<std::string> JobTable::queue_again(
   for (auto& [id, job] : jobs_) {
     if (proto::has_ended(job.view.state)) continue;
     job.needs = needs(*job.view.order);
-    happen(job, JobEvent::QueuedAgain{});
+    happen(job, JobEvent::QueuedAgain{}, after);
     ids.push_back(id);
   }
   forget_oldest(after);

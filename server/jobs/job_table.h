@@ -21,6 +21,7 @@
 
 #include "core/film/film.h"
 #include "proto/wire/result.h"
+#include "server/jobs/event_feed.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_event.h"
 #include "server/store/journal.h"
@@ -193,6 +194,9 @@ class JobTable {
   };
   Retry claim(const RetryKey& key);
 
+  /// What has happened to them, for those who watch.
+  EventFeed& events() { return events_; }
+
   /// At most `limit` jobs with an id after `after`, oldest first, in `state` if given, and of `owner` if given.
   std::vector<JobView> list(std::string_view after, std::size_t limit, std::optional<proto::JobState> state,
                             const std::optional<std::string>& owner = std::nullopt) const;
@@ -222,7 +226,7 @@ class JobTable {
   void shut_down();
 
   /// What happened to a job before this daemon started; in the order in which it did, before anything else is asked.
-  void restore(const std::string& id, const JobEvent& event);
+  void restore(const std::string& id, const JobEvent& event, std::uint64_t seq);
   /// After that: queues those again that hadn't ended, each with what it `needs`, and says which those are, in the
   /// order in which they came. `needs` is called with the mutex held.
   std::vector<std::string> queue_again(const std::function<std::shared_ptr<const void>(const JobOrder& order)>& needs);
@@ -261,6 +265,7 @@ class JobTable {
     std::list<std::string> forgotten;
     const std::function<void(const std::string&)>* forget = nullptr;
     Waiter* told = nullptr;
+    EventFeed::Audience audience;
   };
 
   std::string new_id();
@@ -285,14 +290,16 @@ class JobTable {
   // What happens:
 
   static JobEvent now(const Job& job, decltype(JobEvent::what) what);
-  /// Has an event written down; `then` is called after each try.
+  /// Who watches is told of what has happened to a job, if that is a step; `seq` where it is written down.
+  void announce(const std::string& id, std::optional<JobStep> step, std::optional<std::uint64_t> seq, Aftermath& after);
+  /// Has an event written down, and then announced; `then` is called after each try.
   void write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
              const std::function<void(const Outcome&)>& then = nullptr);
   /// The same, to wait for the first try.
   Told write_and_tell(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure,
                       const std::function<void(const Outcome&)>& then = nullptr);
   /// A step of a job's work.
-  bool happen(Job& job, decltype(JobEvent::what) what);
+  bool happen(Job& job, decltype(JobEvent::what) what, Aftermath& after);
   /// A job's end, at once, or when it has been written down. False when it has ended, or is about to.
   bool finish(Job& job, JobEvent::Ended how, Aftermath& after);
   void has_been_written(const std::string& id, const JobEvent& end, const Outcome& outcome);
@@ -319,6 +326,7 @@ class JobTable {
 
   Journal* const journal_;
   const std::function<void(const std::string&)> forget_;
+  EventFeed events_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   Limits limits_;
   Jobs jobs_;                            ///< Ids grow, so this is the order of arrival.

@@ -308,7 +308,7 @@ void Journal::write_on() {
     trouble_ = problem;
     lock.unlock();
     for (const Waiting& waiting : batch)
-      if (waiting.entry.done) waiting.entry.done(problem);
+      if (waiting.entry.done) waiting.entry.done(problem, waiting.seq);
     if (problem)
       std::erase_if(batch, [](const Waiting& waiting) { return waiting.entry.on_failure == OnFailure::refuse; });
     else

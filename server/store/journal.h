@@ -58,7 +58,7 @@ class Journal {
     std::shared_ptr<const std::string> image = nullptr;
     /// Called after each try, on the thread that writes, in the order of `seq`: with nothing once it is there for good,
     /// a power cut notwithstanding, and with what is in the way otherwise. It may append.
-    std::function<void(const std::optional<proto::Problem>&)> done = nullptr;
+    std::function<void(const std::optional<proto::Problem>&, std::uint64_t seq)> done = nullptr;
   };
   /// Its `seq`, which is greater than those of all before.
   std::uint64_t append(Append entry);

@@ -101,6 +101,7 @@ class OpenApiTest(unittest.TestCase):
     def test_every_documented_response(self):
         self.exercise_documents()
         self.exercise_jobs()
+        self.exercise_events()
         self.exercise_render()
         self.exercise_drake()
         self.exercise_bad_requests()
@@ -251,6 +252,22 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 410, "get", "/v1/jobs/{id}/image", id=gone)
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=gone)
 
+    def exercise_events(self):
+        """One stream ends with its job, the other with the daemon."""
+        with Daemon() as daemon:
+            job = daemon.submit(SMALL_JOB)
+            stream = self.ask(daemon, 200, "get", "/v1/jobs/{id}/events", id=job)
+            ids = [line for line in stream.body.decode().splitlines() if line.startswith("id: ")]
+            end = {"Last-Event-ID": ids[-1].removeprefix("id: ")}
+            self.ask(daemon, 204, "get", "/v1/jobs/{id}/events", headers=end, id=job)
+            self.ask(daemon, 404, "get", "/v1/jobs/{id}/events", id="0")
+            endless = daemon.connect()
+            endless.request("GET", "/v1/events")
+            response = endless.getresponse()
+            daemon.terminate()
+            self.check("get", "/v1/events", Reply(response))
+            endless.close()
+
     def exercise_render(self):
         """One thread, so that what comes after the endless waits."""
         render = ("post", "/v1/render")
@@ -302,7 +319,7 @@ class OpenApiTest(unittest.TestCase):
                     self.assertEqual(reply.media_type, media_type)
             self.ask(daemon, 404, "get", "/problems/{code}", code="nothing")
             for method, template, _ in self.operations():
-                if "{" not in template and method == "get":
+                if "{" not in template and method == "get" and template != "/v1/events":
                     self.ask(daemon, 200, method, template)
                 path = template.format(hash=content_hash(b""), id="0", code="not_found")
                 headers = {"Content-Type": "application/json"}

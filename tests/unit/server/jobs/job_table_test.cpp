@@ -410,7 +410,7 @@ std::shared_ptr<const void> needs_nothing(const JobOrder&) { return nullptr; }
 
 /// What a daemon that starts then knows; those that hadn't ended are queued again.
 std::vector<std::string> restore(const Journal& journal, JobTable& table) {
-  for (const JournalEntry& entry : journal.since(0, 1000)) table.restore(entry.job, read_event(entry));
+  for (const JournalEntry& entry : journal.since(0, 1000)) table.restore(entry.job, read_event(entry), entry.seq);
   return table.queue_again(needs_nothing);
 }
 
@@ -432,7 +432,7 @@ TEST(JournaledJobs, NeedWhatTheyNeededAgain) {
   }
   Journal journal(folder.path() / "journal.db");
   JobTable table(kRoomy, &journal);
-  for (const JournalEntry& entry : journal.since(0, 1000)) table.restore(entry.job, read_event(entry));
+  for (const JournalEntry& entry : journal.since(0, 1000)) table.restore(entry.job, read_event(entry), entry.seq);
   auto needs = std::make_shared<int>();
   const std::weak_ptr<int> watched = needs;
   EXPECT_EQ(table.queue_again([&](const JobOrder& order) {

@@ -31,7 +31,7 @@ Journal::Append entry(const std::string& job, const std::string& kind) {
 /// Appends, and waits for what becomes of it.
 Outcome append(Journal& journal, Journal::Append entry) {
   std::promise<Outcome> promise;
-  entry.done = [&promise, told = false](const Outcome& outcome) mutable {
+  entry.done = [&promise, told = false](const Outcome& outcome, std::uint64_t) mutable {
     if (!std::exchange(told, true)) promise.set_value(outcome);
   };
   journal.append(std::move(entry));
@@ -84,7 +84,7 @@ TEST(Journal, ManyAtOnceAreTakenInTheirOrder) {
   std::vector<std::uint64_t> appended, told;
   for (int i = 0; i < 200; ++i) {
     Journal::Append next = entry(std::to_string(i), "queued");
-    next.done = [&told, i](const Outcome& outcome) {
+    next.done = [&told, i](const Outcome& outcome, std::uint64_t) {
       if (!outcome) told.push_back(static_cast<std::uint64_t>(i));
     };
     appended.push_back(journal.append(std::move(next)));
@@ -121,7 +121,7 @@ TEST(Journal, WhatCannotBeWrittenIsRefusedOrTriedAgain) {
   std::filesystem::rename(file, aside);  // What goes into a file that has gone would be lost.
   Journal::Append end = entry("a", "completed");
   std::promise<void> written;
-  end.done = [&](const Outcome& outcome) {
+  end.done = [&](const Outcome& outcome, std::uint64_t) {
     if (!outcome) written.set_value();
   };
   journal.append(std::move(end));

@@ -111,6 +111,7 @@ std::optional<JobRequest> read_job(const JsonCursor& document, const FileSource&
   if (job.settings.integrator != IntegratorKind::automatic)
     refuse_unread(job.settings.integrator, job.settings, document.errors());
   read(fields.optional("name"), job.name, kLongestName);
+  read(fields.optional("priority"), job.priority, priority_names());
   read_schema_name(fields.optional("$schema"));
   fields.refuse_unknown();
   if (const auto* inline_scene = std::get_if<ParsedScene>(&job.scene); inline_scene && inline_scene->scene) {

@@ -13,6 +13,7 @@
 #include "core/scene/settings.h"
 #include "proto/file_source.h"
 #include "proto/wire/abandoned.h"
+#include "proto/wire/priority.h"
 #include "proto/wire/result.h"
 
 namespace tessera::proto {
@@ -51,6 +52,7 @@ struct JobRequest {
   bool has_until = false;             ///< Whether `settings.samples` has what `until` says of them.
   bool samples_to_the_limit = false;  ///< `settings.samples` is to be what `Limits` allow, whatever the size.
   std::string name;
+  Priority priority = Priority::normal;
 };
 
 /// Parses a whole scene document and reads the files that it names. Collects up to `kMaxFieldErrors` errors.

@@ -111,6 +111,7 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_flag("--count-tests", options.count_tests, "Count what rays are tested against, for 'tessera stats'");
   command.add_flag("--allow-outside", allow_outside, "Upload files from outside the document's folder, too");
   command.add_option("--name", options.name, "The job's name in listings; the file's by default");
+  command.add_option("--priority", options.priority, "low, normal or high, beside other jobs of yours");
   add_model_options(command);
 }
 

@@ -77,6 +77,7 @@ nlohmann::json to_json(const JobStatus& s) {
   nlohmann::json json{
       {"id", s.id},
       {"name", s.name},
+      {"priority", s.priority},
       {"state", name(s.state)},
       {"image", name(s.image)},
       {"scene", s.scene},
@@ -107,8 +108,8 @@ std::optional<JobStatus> job_status(const nlohmann::json& json) {
   std::string state, image;
   if (!json.is_object() || !read(json, "state", state) || !job_state(state)) return std::nullopt;
   s.state = *job_state(state);
-  const bool complete = read(json, "id", s.id) && read(json, "name", s.name) && read(json, "image", image) &&
-                        read(json, "scene", s.scene) && read(json, "width", s.width) &&
+  const bool complete = read(json, "id", s.id) && read(json, "name", s.name) && read(json, "priority", s.priority) &&
+                        read(json, "image", image) && read(json, "scene", s.scene) && read(json, "width", s.width) &&
                         read(json, "height", s.height) && read(json, "tiles_done", s.tiles_done) &&
                         read(json, "tiles_total", s.tiles_total) && read(json, "samples_done", s.samples_done) &&
                         read(json, "samples_total", s.samples_total) && read(json, "progress", s.progress) &&

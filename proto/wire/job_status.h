@@ -43,7 +43,8 @@ struct SamplesPerPixel {
 /// ray.
 struct JobStatus {
   std::string id;
-  std::string name;  ///< As the user gave it; may be empty.
+  std::string name;                 ///< As the user gave it; may be empty.
+  std::string priority = "normal";  ///< One of `priority_names()`.
   JobState state = JobState::queued;
   ImageState image = ImageState::none;
   std::string scene;  ///< Content hash.

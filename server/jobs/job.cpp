@@ -147,6 +147,7 @@ proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) 
   proto::JobStatus status;
   status.id = job.id;
   status.name = job.order->name;
+  status.priority = name_of(proto::priority_names(), job.order->priority);
   status.state = job.state;
   status.image = job.image;
   status.scene = job.order->scene_hash;

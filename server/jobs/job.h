@@ -18,6 +18,7 @@
 #include "core/plan/plan.h"
 #include "core/scene/settings.h"
 #include "proto/wire/job_status.h"
+#include "proto/wire/priority.h"
 #include "proto/wire/sha256.h"
 #include "server/jobs/ledger.h"
 #include "server/store/structure_cache.h"
@@ -111,6 +112,7 @@ struct JobOrder {
   std::string document = {};
   std::optional<RetryKey> retry = {};
   Ledger::Need need = {};  ///< Of the memory to work on it.
+  proto::Priority priority = proto::Priority::normal;
 };
 
 /// The structure that a job traces, in figures.

@@ -230,6 +230,7 @@ JobOrder read_order(const json& value) {
   order.name = std::move(job->name);
   order.scene_hash = std::get<proto::ContentHash>(job->scene);
   order.settings = std::move(job->settings);
+  order.priority = job->priority;
   order.warnings = value.at("warnings");
   order.parsing = read_duration(value.at("parsing"));
   order.owner = value.value("owner", "");

@@ -97,7 +97,8 @@ std::string order_document(std::string_view document, const proto::JobRequest& j
   std::string order = R"({"scene":")" + scene + R"(","image":{"width":)" + std::to_string(settings.width) +
                       R"(,"height":)" + std::to_string(settings.height) + '}';
   for (const JsonMember& member : json_members(document)) {
-    if (member.name != "camera" && member.name != "settings" && member.name != "name") continue;
+    if (member.name != "camera" && member.name != "settings" && member.name != "name" && member.name != "priority")
+      continue;
     std::string value(member.value);
     if (member.name == "settings" && job.samples_to_the_limit) {
       auto all = nlohmann::json::parse(value);
@@ -139,8 +140,9 @@ proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job
   const Camera camera =
       frame_scene(*scene->scene, job.settings.width, job.settings.height, wanted.value_or(kUnplacedCamera));
   std::string order = document.empty() ? "" : order_document(document, job, scene->hash);
-  return PreparedJob{std::move(job.name), *std::move(scene), camera, std::move(job.settings), who, {},
-                     std::move(order)};
+  return PreparedJob{
+      std::move(job.name), *std::move(scene), camera, std::move(job.settings), who, {}, std::move(order), {},
+      job.priority};
 }
 
 std::optional<Problem> keep_scene(Services& services, const PreparedJob& job, std::string_view document,
@@ -168,7 +170,8 @@ proto::Result<JobTable::Admitted> start_job(Services& services, const PreparedJo
   // Once it is admitted, whatever fails, fails the job.
   const JobOrder order{job.name,     job.scene.hash, job.scene.scene->warnings.size(),
                        job.settings, job.parsing,    job.who.owner,
-                       job.document, job.retry,      need};
+                       job.document, job.retry,      need,
+                       job.priority};
   const proto::Key* key = job.who.key.get();
   const std::uint64_t samples = std::uint64_t{job.settings.width} * job.settings.height * job.settings.samples;
   if (key)

@@ -31,6 +31,7 @@ struct PreparedJob {
   std::chrono::steady_clock::duration parsing{};  ///< How long all of that took.
   std::string document;                           ///< `JobOrder::document`, where the job may be kept.
   std::optional<RetryKey> retry = {};
+  proto::Priority priority = proto::Priority::normal;
 };
 
 /// Whether a scene is there for `who`: it was posted with one of the owner's keys, or belongs to one of the owner's

@@ -11,6 +11,7 @@
 #include "core/bounds/slab_presets.h"
 #include "proto/import/import.h"
 #include "proto/names.h"
+#include "proto/wire/priority.h"
 
 namespace tessera::proto {
 namespace {
@@ -40,6 +41,7 @@ TEST(JobSchema, ListsTheWords) {
   EXPECT_EQ(settings()["integrator"]["enum"].get<Names>(), names(integrator_names()));
   EXPECT_EQ(settings()["sampler"]["enum"].get<Names>(), names(sampler_names()));
   EXPECT_EQ(settings()["filter"]["properties"]["type"]["enum"].get<Names>(), names(filter_names()));
+  EXPECT_EQ(schema("job.schema.json")["properties"]["priority"]["enum"].get<Names>(), names(priority_names()));
   const json file = schema("scene.schema.json")["$defs"]["file"];
   EXPECT_EQ(file["properties"]["format"]["enum"].get<Names>(), names(file_format_names()));
 }

@@ -32,6 +32,7 @@ TEST(ParseJob, DefaultsAreThoseOfCore) {
   EXPECT_EQ(std::get<ContentHash>(job.scene), kHash);
   EXPECT_FALSE(job.camera);
   EXPECT_EQ(job.name, "");
+  EXPECT_EQ(job.priority, Priority::normal);
   const Settings defaults;
   EXPECT_EQ(job.settings.width, defaults.width);
   EXPECT_EQ(job.settings.height, defaults.height);
@@ -47,12 +48,14 @@ TEST(ParseJob, DefaultsAreThoseOfCore) {
 }
 
 TEST(ParseJob, EverySetting) {
-  const JobRequest job = parsed_job(kByHash + R"(, "name": "übung", "image": {"width": 640, "height": 480},
+  const JobRequest job =
+      parsed_job(kByHash + R"(, "name": "übung", "priority": "high", "image": {"width": 640, "height": 480},
     "camera": {"type": "orthographic", "from": [0, 0, 1], "at": [0, 0, 0], "height": 3},
     "settings": {"samples": 16, "jitter": false, "max_depth": 9, "seed": 18446744073709551615,
                  "accel": {"kind": "brute"}, "screen_bounds": "off", "tile_size": 32,
                  "aovs": ["object_id", "depth"], "count_tests": true}})");
   EXPECT_EQ(job.name, "übung");
+  EXPECT_EQ(job.priority, Priority::high);
   EXPECT_EQ(std::get<OrthographicCamera>(job.camera.value()).height, 3);
   EXPECT_EQ(job.settings.width, 640U);
   EXPECT_EQ(job.settings.height, 480U);

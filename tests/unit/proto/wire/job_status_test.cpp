@@ -12,6 +12,7 @@ namespace {
 JobStatus sample() {
   return {.id = "j1",
           .name = "night",
+          .priority = "low",
           .state = JobState::rendering,
           .image = ImageState::partial,
           .scene = "sha256:00",

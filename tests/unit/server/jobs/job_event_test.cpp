@@ -29,6 +29,7 @@ TEST(JobEvent, AnOrderIsWhatItsDocumentSays) {
   EXPECT_EQ(again.time, event.time);
   const JobOrder& read = *std::get<JobEvent::Queued>(again.what).order;
   EXPECT_EQ(read.name, "\u00e9");
+  EXPECT_EQ(read.priority, proto::Priority::high);
   EXPECT_EQ(read.scene_hash, kScene);
   EXPECT_EQ(read.settings.width, 7U);
   EXPECT_EQ(read.settings.height, 9U);

@@ -90,7 +90,8 @@ class Accel {
 /// The ray where it has just that t, and no other.
 Ray only_at(const Ray& ray, float t);
 
-/// Builds the structure. Precondition: `options.kind` isn't `automatic` (the plan settles that).
+/// Builds the structure. Precondition: `options.kind` isn't `automatic` (the plan settles that). `BuildStop` says how
+/// that is stopped.
 std::unique_ptr<const Accel> make_accel(std::shared_ptr<const Scene> scene, const AccelOptions& options);
 
 }  // namespace tessera

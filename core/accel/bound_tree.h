@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/accel/build_stop.h"
 #include "core/accel/index.h"
 #include "core/accel/items.h"
 #include "core/accel/topology.h"
@@ -59,6 +60,7 @@ class BoundTree {
 
   /// Fits the volumes of a node and all below it; returns what decides the volumes above. Recurses as deep as the tree.
   Outline fit(std::uint32_t at, const Items& items) {
+    BuildStop::check();
     Outline outline;
     Node& node = nodes_[at];
     if (node.count == 0) {

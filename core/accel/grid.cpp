@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "core/accel/build_stop.h"
 #include "core/accel/cell_overlap.h"
 
 namespace tessera {
@@ -72,6 +73,7 @@ Grid::Block Grid::block(const Aabb& box) const {
 
 template <typename Visit>
 void Grid::for_each_cell(const Items& items, std::uint32_t item, Visit&& visit) const {
+  BuildStop::check();
   const auto [first, last] = block(items.boxes()[item]);
   for (std::int32_t z = first[2]; z <= last[2]; ++z)
     for (std::int32_t y = first[1]; y <= last[1]; ++y)

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/accel/build_stop.h"
 #include "core/accel/cell_overlap.h"
 #include "core/accel/items.h"
 #include "core/accel/plane_tree.h"
@@ -68,6 +69,7 @@ class PlaneTreeBuilder {
 
   void node(std::uint32_t at, const Cell& cell, std::vector<std::uint32_t> items, double room, std::uint32_t depth,
             std::uint32_t bad_cuts) {
+    BuildStop::check();
     tree_.depth = std::max(tree_.depth, depth + 1);
     const bool has_room = depth + 2 < PlaneNodes<Plane>::kMostDepth && tree_.nodes.size() < most_nodes_;
     const auto cut = has_room ? chooser_.choose({cell, items, depth, bad_cuts}) : std::nullopt;

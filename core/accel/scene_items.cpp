@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "core/accel/build_stop.h"
 #include "core/bounds/box_bound.h"
 #include "core/bounds/hull_bound.h"
 #include "core/geometry/shape_outline.h"
@@ -64,6 +65,7 @@ std::vector<Outline> shape_outlines(const Scene& scene, const AccelOptions& opti
     if (options.bound != BoundKind::box || !is_known_by_box(object)) ++uses[object.shape];
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     if (uses[i] == 0) continue;
+    BuildStop::check();
     outlines[i] = options.space == BoundSpace::object
                       ? corners(boxes[i])
                       : shape_outline(scene.shapes[i], boxes[i], options.bound, uses[i], points_left);
@@ -80,6 +82,7 @@ std::vector<Aabb> object_boxes(const Scene& scene, const std::vector<Outline>& o
       boxes.push_back(local[object.shape]);
       continue;
     }
+    BuildStop::check();
     const bool by_box = is_known_by_box(object);
     Outline seen = world_outline(object, by_box ? corners(local[object.shape]) : outlines[object.shape]);
     boxes.push_back(BoxBound().fit(seen));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "core/accel/build_stop.h"
+
 namespace tessera {
 namespace {
 
@@ -45,6 +47,7 @@ class Builder {
   static float bin_scale(float extent) { return kBins * (1 - 0x1p-20F) / extent; }
 
   void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end, std::uint32_t depth) {
+    BuildStop::check();
     tree_.depth = std::max(tree_.depth, depth);
     Aabb box, centroids;
     for (std::uint32_t i = begin; i < end; ++i) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
+#include "core/accel/build_stop.h"
 #include "core/accel/index.h"
 #include "core/accel/scene_items.h"
 #include "core/accel/tally.h"
@@ -112,6 +113,7 @@ class TwoLevel final : public Accel {
     meshes_.reserve(scene_->shapes.size());
     const TriangleMesh none;
     for (const Shape& shape : scene_->shapes) {
+      BuildStop::check();
       const auto* mesh = std::get_if<TriangleMesh>(&shape);
       meshes_.emplace_back(TriangleItems(mesh ? *mesh : none), bound, options);
     }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/accel/build_stop.h"
 #include "core/accel/wide/binned_sah.h"
 #include "core/accel/wide/collapse.h"
 #include "core/accel/wide/primitive_refs.h"
@@ -69,6 +70,8 @@ class Builder {
   static constexpr std::uint32_t kBlock = 1 << 14;
   /// A subtree of so many references is one thread's task.
   static constexpr std::uint32_t kOneTask = 1 << 12;
+  /// Nodes of fewer are many, and built in microseconds.
+  static constexpr std::uint32_t kWorthChecking = 1 << 9;
 
   Range make_refs() {
     const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
@@ -148,6 +151,7 @@ class Builder {
   }
 
   void split(const Range& range, std::uint32_t depth, Range& left, Range& right) {
+    if (range.count() >= kWorthChecking) BuildStop::check();
     // Coordinates made to defeat the heuristic end where there are just levels enough to halve what is left.
     const std::uint32_t levels_left = WideTree::kMostDepth - 1 - depth;
     if (static_cast<std::uint32_t>(std::bit_width(range.count())) >= levels_left) return halve(range, left, right);

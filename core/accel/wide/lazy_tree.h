@@ -30,8 +30,8 @@ class LazyTree {
     double seconds;  ///< That making it took.
   };
 
-  /// The hierarchy. Who asks first makes it; who asks meanwhile waits. If making it throws, so does this, and the next
-  /// one to ask tries again.
+  /// The hierarchy. Who asks first makes it; who asks meanwhile waits. If making it throws, as with `BuildStop`, so
+  /// does this, and the next one to ask tries again.
   template <std::invocable Make>
   const WideTree& get(const Make& make) const {
     const Ready* ready = this->ready();

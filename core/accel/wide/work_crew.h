@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/accel/build_stop.h"
+
 namespace tessera {
 
 /// Calls `work(i)` for every i < count, from up to `threads` threads, or as many as the system gives. What one throws
@@ -21,16 +23,23 @@ void for_each_index(std::size_t count, unsigned threads, Work&& work) {
   std::exception_ptr failure;
   const auto run = [&] {
     try {
-      for (std::size_t i; (i = next++) < count;) work(i);
+      for (std::size_t i; (i = next++) < count;) {
+        BuildStop::check();
+        work(i);
+      }
     } catch (...) {
       next = count;
       if (!has_failed.test_and_set()) failure = std::current_exception();
     }
   };
+  const auto help = [&, stop = BuildStop::current()] {
+    const BuildStop same(stop);
+    run();
+  };
   {
     std::vector<std::jthread> helpers;
     try {
-      while (helpers.size() + 1 < threads && helpers.size() + 1 < count) helpers.emplace_back(run);
+      while (helpers.size() + 1 < threads && helpers.size() + 1 < count) helpers.emplace_back(help);
     } catch (const std::system_error&) {  // then with those that there are
     }
     run();

@@ -34,7 +34,7 @@ std::optional<TileResult> render_tile(const RenderContext& context, std::size_t 
                                       std::stop_token stop) {
   if (stop.stop_requested()) return std::nullopt;
   TileRenderer tile(context, index, std::move(work));
-  if (!tile.go_on(TileRenderer::Clock::time_point::max(), stop)) return std::nullopt;
+  if (!tile.go_on([&] { return stop.stop_requested(); })) return std::nullopt;
   return tile.take_result();
 }
 

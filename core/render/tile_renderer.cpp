@@ -82,7 +82,7 @@ TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, Pass
   if (tile_.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile_);
 }
 
-bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
+bool TileRenderer::go_on(const std::function<bool()>& is_over) {
   const StrictFloats strict;
   if (!integrator_) {
     fill_with_background();
@@ -103,7 +103,7 @@ bool TileRenderer::go_on(Clock::time_point until, const std::stop_token& stop) {
     }
     const Clock::time_point before = std::exchange(now, Clock::now());
     longest_batch_ = std::max(longest_batch_, now - before);
-  } while (now < until && !stop.stop_requested());
+  } while (!is_over());
   return false;
 }
 

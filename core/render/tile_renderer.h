@@ -3,8 +3,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <stop_token>
 #include <utility>
 #include <vector>
 
@@ -25,9 +25,9 @@ class TileRenderer {
   TileRenderer(const RenderContext& context, std::size_t index, PassWork work);
   TileRenderer(const TileRenderer&) = delete;
 
-  /// Goes on until the tile is done, or `until` has passed, or `stop` is requested; by one batch of rays at least. It
-  /// looks at both after each. Whether the tile is done.
-  bool go_on(Clock::time_point until, const std::stop_token& stop = {});
+  /// Goes on until the tile is done, or the turn is over; by one batch of rays at least. It asks after each. Whether
+  /// the tile is done.
+  bool go_on(const std::function<bool()>& is_over);
 
   /// What has been done so far; pixels mean nothing until the tile is done.
   const TileResult& result() const { return result_; }

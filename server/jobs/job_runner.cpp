@@ -25,9 +25,6 @@
 namespace tessera::server {
 namespace {
 
-/// How long a tile is rendered before others have their turn.
-constexpr std::chrono::milliseconds kTurn{30};
-
 /// Of a job that takes no longer, tiles aren't kept: rendering them again is no loss.
 constexpr std::chrono::seconds kWorthLogging{1};
 
@@ -140,6 +137,7 @@ struct JobRunner::Run {
   StructureCache& structures;
   JobTable& jobs;
   JobTable::Admitted job;
+  Scheduler::Job turns;
   proto::ContentHash scene_hash;
   std::shared_ptr<const Scene> scene;
   Camera camera;
@@ -178,15 +176,16 @@ void JobRunner::start(const JobTable::Admitted& job, const JobOrder& order, std:
   guard(job.id, [&] {
     auto run = std::make_shared<Run>(structures_, jobs_);
     run->job = job;
+    run->turns = scheduler_.open({order.owner, order.priority});
     run->scene_hash = order.scene_hash;
     run->scene = std::move(scene);
     run->camera = camera;
     run->settings = order.settings;
-    const auto prepare_it = [this, run](std::size_t) {
+    const auto prepare_it = [this, run](std::size_t, const Scheduler::Turn&) {
       guard(run->job.id, [&] { prepare(run); });
       return true;
     };
-    scheduler_.submit(1, prepare_it, job.stop);
+    scheduler_.submit(run->turns, 1, prepare_it, job.stop);
   });
 }
 
@@ -216,14 +215,14 @@ void JobRunner::find_structure(const std::shared_ptr<Run>& run) {
       run->shares_structure = shared;
       if (!needs_lights(run->context->plan)) return render(run);
       // Not at once: others who wait for the structure are told by this thread.
-      const auto light_it = [this, run](std::size_t) {
+      const auto light_it = [this, run](std::size_t, const Scheduler::Turn&) {
         guard(run->job.id, [&] {
           run->context->lights = run->structure->lights->get(run->structure->scene);
           render(run);
         });
         return true;
       };
-      scheduler_.submit(1, light_it, run->job.stop);
+      scheduler_.submit(run->turns, 1, light_it, run->job.stop);
     });
   };
   structures_.get_or_build(run->scene_hash, run->scene, run->context->plan.accel, traced);
@@ -294,19 +293,19 @@ void JobRunner::begin_pass(const std::shared_ptr<Run>& run, const std::vector<bo
   if (run->tiles.empty()) return end_pass(run);  // It was done when an earlier daemon ended.
   run->tiles_left = run->tiles.size();
   run->pass_begun = std::chrono::steady_clock::now();
-  const auto render_it = [this, run](std::size_t index) {
+  const auto render_it = [this, run](std::size_t index, const Scheduler::Turn& turn) {
     bool is_done = true;
-    guard(run->job.id, [&] { is_done = render_tile(run, run->tiles[index]); });
+    guard(run->job.id, [&] { is_done = render_tile(run, run->tiles[index], turn); });
     return is_done;
   };
-  scheduler_.submit(run->tiles.size(), render_it, run->job.stop);
+  scheduler_.submit(run->turns, run->tiles.size(), render_it, run->job.stop);
 }
 
-bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index) {
+bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index, const Scheduler::Turn& turn) {
   auto tile = run->take_or_open(index);
   OpenTile& open = tile.mapped();
   const auto begun = TileRenderer::Clock::now();
-  const bool is_done = open.renderer.go_on(begun + kTurn, run->job.stop);
+  const bool is_done = open.renderer.go_on([&] { return turn.is_over() || run->job.stop.stop_requested(); });
   open.spent += TileRenderer::Clock::now() - begun;
   if (is_done) {
     metrics().tile_time.add(open.spent);
@@ -343,7 +342,7 @@ void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
 }
 
 void JobRunner::keep_image(const std::shared_ptr<Run>& run) {
-  const auto keep_it = [this, run, is_told = false](std::size_t) mutable {
+  const auto keep_it = [this, run, is_told = false](std::size_t, const Scheduler::Turn&) mutable {
     const std::string& id = run->job.id;
     guard(id, [&] {
       while (jobs_.is_unfinished(id)) {

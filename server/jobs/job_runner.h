@@ -65,7 +65,7 @@ class JobRunner {
   void keep_image(const std::shared_ptr<Run>& run);
   bool is_worth_logging(const Run& run) const;
   /// Renders on at a tile for a turn; whether it is done.
-  bool render_tile(const std::shared_ptr<Run>& run, std::size_t index);
+  bool render_tile(const std::shared_ptr<Run>& run, std::size_t index, const Scheduler::Turn& turn);
   /// Runs a step of a job; an exception fails the job.
   template <typename Step>
   void guard(const std::string& job, Step step) noexcept;

@@ -5,8 +5,17 @@
 #include <utility>
 
 namespace tessera::server {
+namespace {
 
-Scheduler::Scheduler(unsigned threads, Clock::duration long_step) : usual_(threads), long_step_(long_step) {
+/// What is stopped is dropped when it is its turn, or after so long.
+constexpr std::chrono::milliseconds kBetweenLooks{100};
+
+double core_seconds(std::chrono::steady_clock::duration time) { return std::chrono::duration<double>(time).count(); }
+
+}  // namespace
+
+Scheduler::Scheduler(unsigned threads, Clock::duration long_step, Clock::duration turn)
+    : usual_(threads), long_step_(long_step), turn_(turn), nobody_(open({})) {
   const std::size_t most = 2 * std::size_t{usual_};
   at_work_.reserve(most);
   threads_.reserve(most);
@@ -24,87 +33,148 @@ Scheduler::~Scheduler() {
   watch_ = {};
 }
 
+Scheduler::Job Scheduler::open(const Claim& claim) {
+  const std::lock_guard lock(mutex_);
+  account_time(Clock::now());
+  return std::make_shared<Account>(order_, claim, starved_time_);
+}
+
 void Scheduler::submit(std::size_t count, Unit unit, std::stop_token stop) {
+  submit(nobody_, count, std::move(unit), std::move(stop));
+}
+
+void Scheduler::submit(const Job& job, std::size_t count, Unit unit, std::stop_token stop) {
   if (count == 0) return;
-  auto batch = std::make_shared<Batch>(Batch{0, count, std::move(unit), std::move(stop)});
+  auto batch = std::make_shared<Batch>(job, count, std::move(unit), std::move(stop));
   batch->paused.reserve(std::min(count, at_work_.capacity()));
-  Batches turn{std::move(batch)};
+  batch->dropper.emplace(batch->stop, Dropper{*this});
+  Batches last{std::move(batch)};
   {
     const std::lock_guard lock(mutex_);
     if (closed_) return;
-    turns_.splice(turns_.end(), turn);
+    job->batches.splice(job->batches.end(), last);
+    update(*job);
+    if (job->batches.back()->stop.stop_requested()) some_stopped_ = true;
+    const std::size_t free = most_at_work() - std::min(at_work_.size(), most_at_work());
+    if (count > free) make_way_for(*job, count - free);
   }
   may_work_.notify_all();
   may_wait_.notify_one();
 }
 
+void Scheduler::make_way_for(const Account& account, std::size_t units) {
+  for (Step* step : at_work_) {
+    if (units == 0) return;
+    if (step->turn.is_called_off_ || !order_.goes_before(account, *step->batch->job)) continue;
+    step->turn.is_called_off_ = true;
+    --units;
+  }
+}
+
 void Scheduler::work() {
-  Step step;
-  while (take(step)) end(step, step.batch->unit(step.index));
+  for (;;) {
+    Step step;
+    if (!take(step)) return;
+    end(step, step.batch->unit(step.index, step.turn));
+  }
 }
 
 bool Scheduler::take(Step& step) {
   std::unique_lock lock(mutex_);
   while (!closed_) {
     Batches dropped;
-    const auto turn = next_turn(dropped);
+    drop_stopped(dropped);
+    auto* next = static_cast<Account*>(order_.next());
+    if (next) drop_stopped(*next, dropped);
     if (!dropped.empty()) {
       lock.unlock();
       dropped.clear();
       lock.lock();
-    } else if (turn == turns_.end()) {
-      may_work_.wait(lock);
-    } else if (at_work_.size() >= most_at_work()) {
-      may_wait_.notify_one();
-      may_work_.wait(lock);
-    } else {
-      turns_.splice(turns_.end(), turns_, turn);
-      Batch& batch = **turn;
-      std::size_t index;
-      if (batch.paused.empty()) {
-        index = batch.next++;
-      } else {
-        index = batch.paused.front();
-        batch.paused.erase(batch.paused.begin());
-      }
-      ++batch.at_work;
-      step = {*turn, index, Clock::now()};
-      account(step.since);
-      at_work_.push_back(&step);
+      continue;
+    }
+    if (next && at_work_.size() < most_at_work()) {
+      begin(step, *next);
       return true;
     }
+    if (next) may_wait_.notify_one();
+    tell_idle_threads();
+    may_work_.wait(lock);
   }
   return false;
 }
 
+void Scheduler::begin(Step& step, Account& account) {
+  step.batch = *std::ranges::find_if(account.batches, [](const auto& batch) { return batch->waits(); });
+  Batch& batch = *step.batch;
+  if (batch.paused.empty()) {
+    step.index = batch.next++;
+  } else {
+    step.index = batch.paused.front();
+    batch.paused.erase(batch.paused.begin());
+  }
+  ++batch.at_work;
+  step.since = Clock::now();
+  step.turn.until_ = step.since + turn_;
+  step.turn.has_idle_threads_ = &has_idle_threads_;
+  account_time(step.since);
+  at_work_.push_back(&step);
+  order_.begin_turn(account);
+  update(account);
+  tell_idle_threads();
+}
+
 void Scheduler::end(Step& step, bool is_done) {
-  const std::shared_ptr<Batch> batch = std::move(step.batch);  // destroyed after the lock, if at all
+  const std::shared_ptr<Batch>& batch = step.batch;  // destroyed after the lock, if at all; so is what is done
+  Batches done;
   const std::lock_guard lock(mutex_);
-  account(Clock::now());
+  const Clock::time_point now = Clock::now();
+  account_time(now);
   std::erase(at_work_, &step);
   if (step.is_long) --long_steps_;
   --batch->at_work;
   if (!is_done) batch->paused.push_back(step.index);
-  if (!batch->waits() && batch->at_work == 0) turns_.remove(batch);
+  Account& account = *batch->job;
+  if (closed_ || (!batch->waits() && batch->at_work == 0)) {
+    const auto here = std::ranges::find(account.batches, batch);  // unless it has been dropped
+    if (here != account.batches.end()) done.splice(done.end(), account.batches, here);
+  }
+  order_.end_turn(account, now - step.since);
+  update(account);
   if (at_work_.empty()) idle_.notify_all();
 }
 
-Scheduler::Batches::iterator Scheduler::next_turn(Batches& dropped) {
-  auto turn = turns_.begin();
-  while (turn != turns_.end()) {
-    const auto here = turn++;
-    if ((*here)->stop.stop_requested())
-      dropped.splice(dropped.end(), turns_, here);
-    else if ((*here)->waits())
-      return here;
-  }
-  return turn;
+void Scheduler::Dropper::operator()() const noexcept {
+  scheduler.some_stopped_ = true;
+  scheduler.may_work_.notify_one();
 }
+
+void Scheduler::drop_stopped(Batches& dropped) {
+  if (!some_stopped_) return;
+  const Clock::time_point now = Clock::now();
+  if (now < next_look_) return;  // Jobs that are done request their stops, too, and many may wait.
+  some_stopped_ = false;
+  next_look_ = now + kBetweenLooks;
+  order_.for_all_waiting([&](TurnOrder::Account& account) { drop_stopped(static_cast<Account&>(account), dropped); });
+}
+
+void Scheduler::drop_stopped(Account& account, Batches& dropped) {
+  for (auto next = account.batches.begin(); next != account.batches.end();) {
+    const auto batch = next++;
+    if ((*batch)->stop.stop_requested() && (*batch)->waits()) dropped.splice(dropped.end(), account.batches, batch);
+  }
+  update(account);
+}
+
+void Scheduler::update(Account& account) {
+  order_.set_waiting(account, std::ranges::any_of(account.batches, [](const auto& batch) { return batch->waits(); }));
+}
+
+void Scheduler::tell_idle_threads() { has_idle_threads_ = order_.is_empty() && at_work_.size() < usual_; }
 
 void Scheduler::watch() {
   std::unique_lock lock(mutex_);
   while (!closed_) {
-    if (!is_anyone_waiting()) {
+    if (order_.is_empty()) {
       may_wait_.wait(lock);
       continue;
     }
@@ -123,7 +193,7 @@ void Scheduler::watch() {
   }
 }
 
-void Scheduler::account(Clock::time_point now) {
+void Scheduler::account_time(Clock::time_point now) {
   const Clock::duration passed = now - std::exchange(accounted_, now);
   const auto busy = static_cast<Clock::rep>(at_work_.size());
   const auto others = std::max<Clock::rep>(usual_ - busy, 0);
@@ -131,15 +201,20 @@ void Scheduler::account(Clock::time_point now) {
   (busy == 0 ? idle_time_ : starved_time_) += passed * others;
 }
 
-Scheduler::Usage Scheduler::usage() {
-  const auto seconds = [](Clock::duration time) { return std::chrono::duration<double>(time).count(); };
+Scheduler::Spent Scheduler::spent(const Job& job) {
   const std::lock_guard lock(mutex_);
-  account(Clock::now());
-  return {usual_, at_work_.size(), seconds(busy_time_), seconds(starved_time_), seconds(idle_time_)};
+  const Clock::time_point now = Clock::now();
+  account_time(now);
+  Clock::duration busy = job->used();
+  for (const Step* step : at_work_)
+    if (step->batch->job == job) busy += now - step->since;
+  return {core_seconds(busy), core_seconds(starved_time_ - job->starved_before)};
 }
 
-bool Scheduler::is_anyone_waiting() const {
-  return std::ranges::any_of(turns_, [](const auto& batch) { return batch->waits() && !batch->stop.stop_requested(); });
+Scheduler::Usage Scheduler::usage() {
+  const std::lock_guard lock(mutex_);
+  account_time(Clock::now());
+  return {usual_, at_work_.size(), core_seconds(busy_time_), core_seconds(starved_time_), core_seconds(idle_time_)};
 }
 
 void Scheduler::add_thread_if_needed() {
@@ -155,7 +230,11 @@ void Scheduler::close() {
   Batches dropped;  // Destroyed after the lock.
   const std::lock_guard lock(mutex_);
   closed_ = true;
-  turns_.swap(dropped);
+  order_.for_all_waiting([&](TurnOrder::Account& waiting) {
+    auto& account = static_cast<Account&>(waiting);
+    dropped.splice(dropped.end(), account.batches);
+    update(account);
+  });
   may_work_.notify_all();
   may_wait_.notify_all();
 }

@@ -10,7 +10,7 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 from daemon import SOURCE, Daemon
-from documents import SMALL_JOB, SPHERE, crowd, endless_job
+from documents import SMALL_JOB, SPHERE, endless_job, keep_busy
 from pictures import decode_png
 
 STARTS = {"png": b"\x89PNG\r\n\x1a\n", "jpeg": b"\xff\xd8\xff", "exr": b"\x76\x2f\x31\x01", "hdr": b"#?RADIANCE", "tiff": b"II*\x00"}
@@ -315,8 +315,8 @@ class ApiTest(unittest.TestCase):
 
     def test_an_image_that_isnt_begun_is_not_promised(self):
         with Daemon("--threads", "1") as daemon:
-            crowd(daemon)
-            waiting = daemon.submit(endless_job())
+            keep_busy(daemon)
+            waiting = daemon.submit({**endless_job(), "priority": "low"})
             reply = daemon.request("GET", f"/v1/jobs/{waiting}/image")
             self.assertEqual(reply.status, 409)
             self.assertNotIn("partial=1", reply.json()["detail"])

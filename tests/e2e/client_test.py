@@ -16,7 +16,7 @@ import threading
 import unittest
 
 from daemon import ENDED, Daemon
-from documents import crowd
+from documents import keep_busy
 from render_test import CORNERS, GLTF, MTL, NFF, PLY, WITH_MTL, form
 
 OK, JOB_FAILED, USAGE, REFUSED, UNREACHABLE, LOCAL_FILE = range(6)
@@ -226,8 +226,8 @@ class Commands(ClientTest):
 
     def test_a_job_that_isnt_planned(self):
         with Daemon("--threads", "1") as daemon:
-            crowd(daemon)
-            waiting = daemon.submit(ENDLESS)
+            keep_busy(daemon)
+            waiting = daemon.submit({**ENDLESS, "priority": "low"})
             daemon.request("POST", f"/v1/jobs/{waiting}/cancel")
             done = self.tessera("plan", waiting, server=daemon.url)
             self.assertEqual(done.stdout, "not planned yet\n")

@@ -17,12 +17,11 @@ def endless_job(tile_size=4):
 ENDLESS_PIXEL = {"scene": SPHERE, "image": {"width": 1, "height": 1}, "settings": {"samples": 2**32 - 1}}
 
 
-def crowd(daemon):
-    """200 jobs that all have a turn of 10 ms before any job that is submitted later: with one thread it waits 2 s."""
-    jobs = [daemon.submit(ENDLESS_PIXEL) for _ in range(200)]
-    for job in jobs:
-        daemon.wait_until(job, lambda status: status["state"] == "rendering")
-    return jobs
+def keep_busy(daemon):
+    """A job beside which one of low priority waits: with one thread, for 2 s."""
+    busy = daemon.submit({**ENDLESS_PIXEL, "priority": "high"})
+    daemon.wait_until(busy, lambda status: status["state"] == "rendering")
+    return busy
 
 
 def grid_of_spheres(side):

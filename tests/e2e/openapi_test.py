@@ -15,7 +15,7 @@ import unittest
 
 import drake_test
 from daemon import SOURCE, Daemon, Reply, bearer, make_key
-from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE, crowd
+from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE, keep_busy
 from schema import faults, resolve
 
 METHODS = ("get", "put", "post", "delete")
@@ -202,7 +202,7 @@ class OpenApiTest(unittest.TestCase):
 
     def exercise_jobs(self):
         """One thread, and in the end a job that waits for it."""
-        with Daemon("--threads", "1", "--max-jobs", "201") as daemon:
+        with Daemon("--threads", "1", "--max-jobs", "2") as daemon:
             done = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
             self.assertEqual(daemon.wait_ended(done)["state"], "completed")
             for path in ("", "/stats"):
@@ -226,8 +226,8 @@ class OpenApiTest(unittest.TestCase):
             for status, part in ((206, "bytes=0-1"), (416, "bytes=999999999-")):
                 self.ask(daemon, status, "get", "/v1/jobs/{id}/image", headers={"Range": part}, id=done)
 
-            busy = crowd(daemon)[-1]
-            waiting = self.ask(daemon, 201, "post", "/v1/jobs", SMALL_JOB).json()["id"]
+            busy = keep_busy(daemon)
+            waiting = self.ask(daemon, 201, "post", "/v1/jobs", {**SMALL_JOB, "priority": "low"}).json()["id"]
             plan = self.ask(daemon, 200, "get", "/v1/jobs/{id}/plan", id=waiting).json()
             self.assertEqual(plan, {"ready": False})
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=waiting)

@@ -167,11 +167,11 @@ TEST(LightImages, AreTheSameWhateverTheChunks_Stress52) {
       const RenderContext context{scene, accel, settings, plan, CameraRays(mixed_camera(), 24, 16)};
       *context.chunk = chunk;
       TileRenderer whole(context, 0, whole_pass(context, 0));
-      ASSERT_TRUE(whole.go_on(TileRenderer::Clock::time_point::max()));
+      ASSERT_TRUE(whole.go_on([] { return false; }));
       EXPECT_TRUE(same_bytes(reference.pixels, whole.result().pixels)) << chunk;
       *context.chunk = chunk;
       TileRenderer by_steps(context, 0, whole_pass(context, 0));
-      while (!by_steps.go_on(TileRenderer::Clock::time_point::min())) continue;
+      while (!by_steps.go_on([] { return true; })) continue;
       EXPECT_TRUE(same_bytes(reference.pixels, by_steps.result().pixels)) << chunk << ", in steps";
     }
   }

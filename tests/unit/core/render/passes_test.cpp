@@ -222,7 +222,7 @@ TEST(RenderInPasses, StoppedAndResumedIsOneImage_Stress53_Stress77) {
       std::stop_source stop;
       stop.request_stop();
       TileRenderer begun(before, 0, passes.work(before.plan.tiling.tiles[0].rect, film));
-      EXPECT_FALSE(begun.go_on(TileRenderer::Clock::time_point::max(), stop.get_token()));
+      EXPECT_FALSE(begun.go_on([&] { return stop.stop_requested(); }));
 
       Passes kept = passes;
       const RenderContext after = context_for(settings);

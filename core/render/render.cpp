@@ -35,6 +35,7 @@ std::optional<TileResult> render_tile(const RenderContext& context, std::size_t 
   if (stop.stop_requested()) return std::nullopt;
   TileRenderer tile(context, index, std::move(work));
   if (!tile.go_on([&] { return stop.stop_requested(); })) return std::nullopt;
+  tile.finish();
   return tile.take_result();
 }
 

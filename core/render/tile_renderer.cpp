@@ -24,6 +24,9 @@ constexpr std::size_t kCountedChunk = 32;
 /// batches take less than half of it, by a larger one.
 constexpr std::chrono::milliseconds kLongBatch{10};
 
+/// Fewer samples aren't worth another renderer.
+constexpr std::uint64_t kLeastPart = 64;
+
 bool records_costs(const Settings& settings) {
   return settings.aovs.contains(Aov::cost_volumes) || settings.aovs.contains(Aov::cost_primitives);
 }
@@ -70,15 +73,24 @@ Rgb clamped(Rgb c, float most) { return {std::min(c.r, most), std::min(c.g, most
 bool counts_tests(const Settings& settings) { return settings.count_tests || records_costs(settings); }
 
 TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, PassWork work)
+    : TileRenderer(
+          context, index,
+          std::make_shared<Shared>(work.pass, TileResult{std::move(work.pixels), std::move(work.sums), {}, {}}),
+          SampleOrder(context.plan.tiling.tiles[index].rect, *work.pass)) {}
+
+TileRenderer::TileRenderer(const RenderContext& context, std::size_t index, std::shared_ptr<Shared> shared,
+                           SampleOrder order)
     : context_(context),
+      index_(index),
       tile_(context.plan.tiling.tiles[index]),
-      pass_(std::move(work.pass)),
-      order_(tile_.rect, *pass_),
-      result_{std::move(work.pixels), std::move(work.sums), {}, {}},
-      log_{context.tested.get(), counts_tests(context.settings) ? &result_.tests : nullptr},
+      shared_(std::move(shared)),
+      pixels_(shared_->result.pixels),
+      sums_(shared_->result.sums),
+      order_(order),
+      log_{context.tested.get(), counts_tests(context.settings) ? &tests_ : nullptr},
       camera_(context.rays) {
   if (tile_.first_level == FirstLevel::nothing && even_background(context)) return;
-  integrator_ = make_integrator(context, result_.rays, log_);
+  integrator_ = make_integrator(context, rays_, log_);
   if (tile_.first_level == FirstLevel::candidates) candidates_ = context.plan.tiling.candidates_of(tile_);
 }
 
@@ -94,7 +106,6 @@ bool TileRenderer::go_on(const std::function<bool()>& is_over) {
   do {
     if (samples_.empty()) {
       if (!order_.next(samples_at_once(), most_pixels, samples_)) {
-        resolve(result_.sums, *pass_, result_.pixels);
         return true;
       }
       begin_chunk();
@@ -105,6 +116,25 @@ bool TileRenderer::go_on(const std::function<bool()>& is_over) {
     longest_batch_ = std::max(longest_batch_, now - before);
   } while (!is_over());
   return false;
+}
+
+std::unique_ptr<TileRenderer> TileRenderer::split() {
+  if (!integrator_ || log_.counts) return nullptr;
+  const auto rest = order_.split(kLeastPart);
+  if (!rest) return nullptr;
+  std::unique_ptr<TileRenderer> other(new TileRenderer(context_, index_, shared_, *rest));
+  const std::lock_guard lock(shared_->mutex);
+  ++shared_->parts;
+  return other;
+}
+
+bool TileRenderer::finish() {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->result.rays += rays_;
+  shared_->result.tests += tests_;
+  if (--shared_->parts > 0) return false;
+  resolve(sums_, *shared_->pass, pixels_);
+  return true;
 }
 
 /// What structures count may depend on which rays go together: so it is always the same number of them, and few, as
@@ -124,16 +154,16 @@ void TileRenderer::fit_chunks() {
 
 void TileRenderer::fill_with_background() {
   const Rgb color = clamped(*even_background(context_), context_.settings.clamp);
-  pass_->for_blocks_in(tile_.rect, [&](PixelRect part, const SampleRange& samples) {
-    if (samples.count > 0) result_.sums.add_equal(part, samples, color, 0);
+  const Pass& pass = *shared_->pass;
+  pass.for_blocks_in(tile_.rect, [&](PixelRect part, const SampleRange& samples) {
+    if (samples.count > 0) sums_.add_equal(part, samples, color, 0);
   });
-  samples_done_ = pass_->samples_in(tile_.rect);
-  result_.rays.camera_skipped = samples_done_;
-  resolve(result_.sums, *pass_, result_.pixels);
+  samples_done_ = pass.samples_in(tile_.rect);
+  rays_.camera_skipped = samples_done_;
 }
 
 void TileRenderer::begin_chunk() {
-  before_chunk_ = result_.tests;
+  before_chunk_ = tests_;
   trace_first_level();
   record_aovs();
   radiance_.resize(camera_.size());
@@ -147,8 +177,8 @@ void TileRenderer::end_chunk() {
     const std::size_t at = pixel(samples_[i]);
     const bool is_hidden = context_.settings.transparent && covered_[i] == 0;
     const Rgb color = is_hidden ? Rgb() : clamped(radiance_[i], context_.settings.clamp);
-    result_.sums.add(at, samples_[i].index, color, covered_[i]);
-    result_.sums.add(Aov::alpha, at, covered_[i]);
+    sums_.add(at, samples_[i].index, color, covered_[i]);
+    sums_.add(Aov::alpha, at, covered_[i]);
   }
   if (records_costs(context_.settings)) record_costs(pixel(samples_.front()));
   fit_chunks();
@@ -166,17 +196,17 @@ void TileRenderer::trace_first_level() {
   hits_.resize(camera_.size());
   if (tile_.first_level == FirstLevel::nothing) {
     std::ranges::fill(hits_, Hit{});
-    result_.rays.camera_skipped += camera_.size();
+    rays_.camera_skipped += camera_.size();
     return;
   }
   camera_.closest(*context_.accel, hits_, log_, candidates_);
-  result_.rays.camera += camera_.size();
-  result_.rays.camera_hits +=
+  rays_.camera += camera_.size();
+  rays_.camera_hits +=
       static_cast<std::uint64_t>(std::ranges::count_if(hits_, [](const Hit& hit) { return hit.t < kInfinity; }));
 }
 
 void TileRenderer::record_aovs() {
-  Pixels& out = result_.pixels;
+  Pixels& out = pixels_;
   if (out.aovs().empty()) return;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const Hit& hit = hits_[i];
@@ -206,16 +236,16 @@ void TileRenderer::record_albedo(std::size_t at, const Ray& ray, const Hit& hit)
       varies(material) ? surface_at(*context_.scene, object, hit.primitive, point).surface : material.surface;
   const Shading shading(point, UnitVec3::normalize(ray.direction).value_or(UnitVec3::z()));
   const Vec3 to_viewer = basis_around(shading.normal).to_local(shading.to_viewer);
-  result_.sums.add(Aov::albedo, at, albedo(make_bsdf(surface, shading.entering), to_viewer));
+  sums_.add(Aov::albedo, at, albedo(make_bsdf(surface, shading.entering), to_viewer));
 }
 
 /// What the rays of a chunk have cost, all of them of one pixel.
 void TileRenderer::record_costs(std::size_t at) {
   const auto cost = [&](std::uint64_t TestCounts::*count) {
-    return static_cast<float>(result_.tests.*count - before_chunk_.*count);
+    return static_cast<float>(tests_.*count - before_chunk_.*count);
   };
-  result_.sums.add(Aov::cost_volumes, at, cost(&TestCounts::volume_tests));
-  result_.sums.add(Aov::cost_primitives, at, cost(&TestCounts::object_tests));
+  sums_.add(Aov::cost_volumes, at, cost(&TestCounts::volume_tests));
+  sums_.add(Aov::cost_primitives, at, cost(&TestCounts::object_tests));
 }
 
 }  // namespace tessera

@@ -116,6 +116,7 @@ json or_null(std::optional<double> value) { return value ? json(*value) : json(n
 
 json stats_json(const JobView& job, unsigned threads) {
   const RayCounts rays = job.progress->rays();
+  const CoreSeconds cores = job.progress->core_seconds();
   const JobTimes& times = job.times;
   const Clock::time_point last = times.ended.value_or(Clock::now());
   const auto rendering = lasted(times.rendering, std::nullopt, last);
@@ -144,6 +145,7 @@ json stats_json(const JobView& job, unsigned threads) {
         {"preparing", or_null(lasted(times.preparing, times.rendering, last))},
         {"rendering", or_null(rendering)},
         {"total", seconds(last - times.queued)}}},
+      {"core_seconds", {{"busy", cores.busy}, {"idle", cores.idle}}},
       {"mrays_per_second", or_null(mrays_per_second)},
       {"threads", threads},
   };

@@ -69,7 +69,7 @@ void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::Job
 }  // namespace
 
 Progress::Progress(const JobFigures& figures)
-    : tiles_(figures.tiles), broken_textures_(figures.broken_textures), passes_(figures.passes) {
+    : tiles_(figures.tiles), broken_textures_(figures.broken_textures), cores_(figures.cores), passes_(figures.passes) {
   add({figures.rays, figures.tests, figures.samples}, {});
 }
 
@@ -102,6 +102,17 @@ TestCounts Progress::tests() const {
 void Progress::set_passes(const PassReport& passes) {
   const std::lock_guard lock(passes_mutex_);
   passes_ = passes;
+}
+
+void Progress::add_core_seconds(const CoreSeconds& more) {
+  const std::lock_guard lock(passes_mutex_);
+  cores_.busy += more.busy;
+  cores_.idle += more.idle;
+}
+
+CoreSeconds Progress::core_seconds() const {
+  const std::lock_guard lock(passes_mutex_);
+  return cores_;
 }
 
 PassReport Progress::passes() const {

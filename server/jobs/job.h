@@ -25,12 +25,18 @@
 
 namespace tessera::server {
 
+/// Seconds of threads, of all of them together: spent on a job, and without anything to do while it was worked on.
+struct CoreSeconds {
+  double busy = 0, idle = 0;
+};
+
 /// What a job has come to, in figures.
 struct JobFigures {
   RayCounts rays = {};
   TestCounts tests = {};
   std::uint64_t samples = 0, tiles = 0, broken_textures = 0;
   PassReport passes = {};
+  CoreSeconds cores = {};
 };
 
 /// What render threads add to while a job runs, and everyone may read.
@@ -66,15 +72,22 @@ class Progress {
   void set_passes(const PassReport& passes);
   PassReport passes() const;
 
+  /// As they were when the passes were told last.
+  void add_core_seconds(const CoreSeconds& more);
+  CoreSeconds core_seconds() const;
+
   /// All of that.
-  JobFigures figures() const { return {rays(), tests(), samples(), tiles(), broken_textures(), passes()}; }
+  JobFigures figures() const {
+    return {rays(), tests(), samples(), tiles(), broken_textures(), passes(), core_seconds()};
+  }
 
  private:
   std::array<std::atomic<std::uint64_t>, sizeof(RayCounts) / sizeof(std::uint64_t)> rays_{};  ///< Member by member.
   std::atomic<std::uint64_t> samples_{0}, tiles_{0}, broken_textures_{0};
   std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
   mutable std::mutex passes_mutex_;
-  PassReport passes_;  ///< Guarded by the mutex.
+  CoreSeconds cores_;  ///< Guarded by it,
+  PassReport passes_;  ///< as are these.
 };
 
 /// What a plan came to: kept when the plan itself, with its tiles, is gone.

@@ -188,7 +188,8 @@ json figures_json(const JobFigures& figures) {
           {"samples", figures.samples},
           {"tiles", figures.tiles},
           {"broken_textures", figures.broken_textures},
-          {"passes", passes_json(figures.passes)}};
+          {"passes", passes_json(figures.passes)},
+          {"core_seconds", {figures.cores.busy, figures.cores.idle}}};
 }
 
 JobFigures figures_of(const json& value) {
@@ -199,6 +200,7 @@ JobFigures figures_of(const json& value) {
   figures.tiles = value.at("tiles");
   figures.broken_textures = value.at("broken_textures");
   figures.passes = read_passes(value.at("passes"));
+  if (const auto cores = value.find("core_seconds"); cores != value.end()) figures.cores = {cores->at(0), cores->at(1)};
   return figures;
 }
 

@@ -17,6 +17,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/accel/build_stop.h"
 #include "core/film/passes.h"
 #include "core/render/tile_renderer.h"
 #include "server/metrics/metrics.h"
@@ -66,21 +67,26 @@ bool is_noiseless(const RenderContext& context) {
 
 }  // namespace
 
-/// A tile being rendered, and what of it the job's progress has been told.
+/// A tile being rendered, or a part of it, and what of that the job's progress has been told.
 struct JobRunner::OpenTile {
-  OpenTile(const RenderContext& context, std::size_t index, PassWork work)
-      : renderer(context, index, std::move(work)) {}
+  using Spent = std::atomic<std::chrono::steady_clock::rep>;
+
+  OpenTile(const RenderContext& context, std::size_t of, PassWork work)
+      : index(of), renderer(std::make_unique<TileRenderer>(context, of, std::move(work))) {}
+  OpenTile(const OpenTile& whole, std::unique_ptr<TileRenderer> part)
+      : index(whole.index), renderer(std::move(part)), spent(whole.spent) {}
 
   void tell(Progress& progress) {
-    const Progress::Done now{renderer.result().rays, renderer.result().tests, renderer.samples_done()};
+    const Progress::Done now{renderer->rays(), renderer->tests(), renderer->samples_done()};
     progress.add(now, told);
     metrics().add_rays(now.rays, told.rays);
     told = now;
   }
 
-  TileRenderer renderer;
+  const std::size_t index;
+  const std::unique_ptr<TileRenderer> renderer;
   Progress::Done told;
-  std::chrono::steady_clock::duration spent{};  ///< Rendering it.
+  const std::shared_ptr<Spent> spent = std::make_shared<Spent>(0);  ///< Rendering all parts.
 };
 
 /// Tiles between two turns, by index. For any number of threads.
@@ -130,10 +136,6 @@ struct JobRunner::Run {
     return opened.extract(opened.begin());
   }
 
-  Progress::Done done_by(const OpenTile& open) const {
-    return {open.renderer.result().rays, open.renderer.result().tests, open.renderer.samples_done()};
-  }
-
   StructureCache& structures;
   JobTable& jobs;
   JobTable::Admitted job;
@@ -145,9 +147,11 @@ struct JobRunner::Run {
   std::unique_ptr<RenderContext> context;      ///< Made by `prepare`, complete and constant from `render` on.
   std::shared_ptr<const Structure> structure;  ///< Null where none is needed.
   bool shares_structure = false;               ///< Another job had it built.
+  StructureCache::Asking asking;               ///< For it.
   std::shared_ptr<Film> film;
   std::optional<Passes> passes;
   std::optional<TileLog> log;
+  CoreSeconds told;                                 ///< To the job's progress.
   std::chrono::steady_clock::time_point rendering;  ///< Since when.
   // Of the pass at hand:
   std::chrono::steady_clock::time_point pass_begun;
@@ -225,7 +229,7 @@ void JobRunner::find_structure(const std::shared_ptr<Run>& run) {
       scheduler_.submit(run->turns, 1, light_it, run->job.stop);
     });
   };
-  structures_.get_or_build(run->scene_hash, run->scene, run->context->plan.accel, traced);
+  run->asking = structures_.get_or_build(run->scene_hash, run->scene, run->context->plan.accel, traced, run->job.stop);
 }
 
 void JobRunner::render(const std::shared_ptr<Run>& run) {
@@ -255,6 +259,7 @@ std::vector<bool> JobRunner::go_on(Run& run) {
   run.rendering -=
       std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(stored->seconds));
   progress.add({before.rays, before.tests, before.samples}, {});
+  progress.add_core_seconds(before.cores);
   progress.complete_tiles(before.tiles);
   for (std::size_t i = 0; i < stored->tiles.size(); ++i) {
     const std::optional<StoredTile>& tile = stored->tiles[i];
@@ -303,31 +308,56 @@ void JobRunner::begin_pass(const std::shared_ptr<Run>& run, const std::vector<bo
 
 bool JobRunner::render_tile(const std::shared_ptr<Run>& run, std::size_t index, const Scheduler::Turn& turn) {
   auto tile = run->take_or_open(index);
-  OpenTile& open = tile.mapped();
+  if (render_part(run, tile.mapped(), turn)) return true;
+  run->paused.put(std::move(tile));
+  return false;
+}
+
+bool JobRunner::render_part(const std::shared_ptr<Run>& run, OpenTile& open, const Scheduler::Turn& turn) {
+  const BuildStop stop(run->job.stop);  // of meshes that rays come to
   const auto begun = TileRenderer::Clock::now();
-  const bool is_done = open.renderer.go_on([&] { return turn.is_over() || run->job.stop.stop_requested(); });
-  open.spent += TileRenderer::Clock::now() - begun;
-  if (is_done) {
-    metrics().tile_time.add(open.spent);
-    run->film->store(index, open.renderer.result().pixels);
-    run->passes->store(open.renderer.result().sums);
-    if (is_worth_logging(*run))
-      run->log->add(index, open.renderer.result().pixels, open.renderer.result().sums, run->done_by(open));
-  }
+  const auto is_over = [&] { return turn.is_over() || run->job.stop.stop_requested(); };
+  bool is_done;
+  while (!(is_done = open.renderer->go_on([&] { return is_over() || turn.has_idle_threads(); })) && !is_over())
+    share(run, open);
+  *open.spent += (TileRenderer::Clock::now() - begun).count();
   open.tell(*run->job.progress);
-  if (!is_done) {
-    run->paused.put(std::move(tile));
-    return false;
-  }
-  if (run->passes->is_last_of(run->context->plan.tiling.tiles[index].rect)) run->job.progress->add_tile();
+  if (is_done && open.renderer->finish()) store(run, open);
+  return is_done;
+}
+
+void JobRunner::share(const std::shared_ptr<Run>& run, OpenTile& open) {
+  auto rest = open.renderer->split();
+  if (!rest) return;
+  const auto part = std::make_shared<OpenTile>(open, std::move(rest));
+  const auto render_it = [this, run, part](std::size_t, const Scheduler::Turn& turn) {
+    bool is_done = true;
+    guard(run->job.id, [&] { is_done = render_part(run, *part, turn); });
+    return is_done;
+  };
+  scheduler_.submit(run->turns, 1, render_it, run->job.stop);
+}
+
+void JobRunner::store(const std::shared_ptr<Run>& run, const OpenTile& done) {
+  metrics().tile_time.add(std::chrono::steady_clock::duration(*done.spent));
+  const TileResult& result = done.renderer->result();
+  const PixelRect rect = result.pixels.rect;
+  run->film->store(done.index, result.pixels);
+  run->passes->store(result.sums);
+  if (is_worth_logging(*run))
+    run->log->add(done.index, result.pixels, result.sums,
+                  {result.rays, result.tests, run->passes->current().samples_in(rect)});
+  if (run->passes->is_last_of(rect)) run->job.progress->add_tile();
   if (--run->tiles_left == 0) end_pass(run);
-  return true;
 }
 
 void JobRunner::end_pass(const std::shared_ptr<Run>& run) {
   const std::chrono::duration<double> spent = clock_() - run->rendering;
   metrics().pass_time.add(std::chrono::steady_clock::now() - run->pass_begun);
   const bool goes_on = run->passes->next(spent.count());
+  const Scheduler::Spent cores = scheduler_.spent(run->turns);
+  run->job.progress->add_core_seconds({cores.busy_seconds - run->told.busy, cores.starved_seconds - run->told.idle});
+  run->told = {cores.busy_seconds, cores.starved_seconds};
   run->job.progress->set_passes(run->passes->report());
   if (goes_on) return begin_pass(run);
   run->job.progress->set_broken_textures(broken_textures(*run->context->scene));

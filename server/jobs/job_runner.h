@@ -64,8 +64,12 @@ class JobRunner {
   /// Completes a job once its image is on disk.
   void keep_image(const std::shared_ptr<Run>& run);
   bool is_worth_logging(const Run& run) const;
-  /// Renders on at a tile for a turn; whether it is done.
+  /// Renders on at a tile for a turn; whether that is done, or left to others in parts.
   bool render_tile(const std::shared_ptr<Run>& run, std::size_t index, const Scheduler::Turn& turn);
+  bool render_part(const std::shared_ptr<Run>& run, OpenTile& open, const Scheduler::Turn& turn);
+  /// Leaves a part of a tile to a thread that has nothing to do.
+  void share(const std::shared_ptr<Run>& run, OpenTile& open);
+  void store(const std::shared_ptr<Run>& run, const OpenTile& done);
   /// Runs a step of a job; an exception fails the job.
   template <typename Step>
   void guard(const std::string& job, Step step) noexcept;

@@ -53,12 +53,22 @@ class SingleFlight {
 
   explicit SingleFlight(std::uint64_t limit) : limit_(limit), kept_(limit) {}
 
+  /// Somebody who asked, and goes when nobody wants the answer any more, as long as there is this.
+  using Asking = std::shared_ptr<const std::stop_callback<std::function<void()>>>;
+
   /// Calls `done` with the value: at once if it is there, after making it on this very thread if nobody else does, and
-  /// otherwise later on the thread that makes it. Who asks so doesn't go.
-  void get(const std::string& key, const Make& make, const Done& done) {
+  /// otherwise later on the thread that makes it. Who has asked goes when `abandoned` is requested, and is told
+  /// whatever becomes of it all the same.
+  Asking get(const std::string& key, const Make& make, const Done& done, const std::stop_token& abandoned) {
     const Joined joined = join(key, done);
-    if (joined.kept) return done({joined.kept, nullptr}, true);
+    if (joined.kept) {
+      done({joined.kept, nullptr}, true);
+      return nullptr;
+    }
+    auto asking = std::make_shared<const std::stop_callback<std::function<void()>>>(
+        abandoned, [this, key, flight = joined.flight] { leave(key, flight); });
     if (joined.first) fly(key, joined.flight, make);
+    return asking;
   }
 
   /// Returns the value. Who asks while another thread makes it waits, no longer than making it here would take: that

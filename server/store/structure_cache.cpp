@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/accel/accel_table.h"
+#include "core/accel/build_stop.h"
 
 namespace tessera::server {
 namespace {
@@ -38,17 +39,22 @@ std::shared_ptr<const Structure> StructureCache::build(const std::shared_ptr<con
       Structure{std::move(accel), scene, options, at_once, std::make_shared<const SceneLights>()});
 }
 
-void StructureCache::get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
-                                  const AccelOptions& options, Done done) {
-  const auto make = [&](const std::stop_token&) {
+StructureCache::Asking StructureCache::get_or_build(const std::string& scene_hash,
+                                                    const std::shared_ptr<const Scene>& scene,
+                                                    const AccelOptions& options, Done done,
+                                                    const std::stop_token& stop) {
+  const auto make = [&](const std::stop_token& unwanted) {
+    const BuildStop stopped(unwanted);
     auto structure = build(scene, options);
     const std::uint64_t bytes = bytes_of(*structure);
     return Structures::Made{std::move(structure), bytes};
   };
-  structures_.get(key_of(scene_hash, options), make,
-                  [done = std::move(done)](const Structures::Answer& answer, bool shared) {
-                    done(answer.value.value_or(nullptr), shared, answer.error);
-                  });
+  return structures_.get(
+      key_of(scene_hash, options), make,
+      [done = std::move(done)](const Structures::Answer& answer, bool shared) {
+        done(answer.value.value_or(nullptr), shared, answer.error);
+      },
+      stop);
 }
 
 void StructureCache::recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -52,11 +53,14 @@ class StructureCache {
   /// Keeps structures, with the scenes that they hold, up to so many bytes.
   explicit StructureCache(std::uint64_t limit, Make make = make_accel) : make_(std::move(make)), structures_(limit) {}
 
+  using Asking = std::shared_ptr<const void>;
+
   /// Calls `done` with the structure: at once if it is there, after building it on this very thread if nobody
   /// else does, and otherwise later on the thread that builds. A failure goes to all who asked, and isn't kept:
-  /// the next one tries again. `done` doesn't throw.
-  void get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
-                    const AccelOptions& options, Done done);
+  /// the next one tries again. `done` doesn't throw. Building ends soon when all who asked have requested their stops;
+  /// a stop counts as long as there is what this returns.
+  Asking get_or_build(const std::string& scene_hash, const std::shared_ptr<const Scene>& scene,
+                      const AccelOptions& options, Done done, const std::stop_token& stop = {});
 
   /// Counts anew what a structure takes, which may have grown while it was traced: to be called whenever that ends.
   void recount(const std::string& scene_hash, const std::shared_ptr<const Structure>& structure);

@@ -167,11 +167,12 @@ TEST(LightImages, AreTheSameWhateverTheChunks_Stress52) {
       const RenderContext context{scene, accel, settings, plan, CameraRays(mixed_camera(), 24, 16)};
       *context.chunk = chunk;
       TileRenderer whole(context, 0, whole_pass(context, 0));
-      ASSERT_TRUE(whole.go_on([] { return false; }));
+      ASSERT_TRUE(whole.go_on([] { return false; }) && whole.finish());
       EXPECT_TRUE(same_bytes(reference.pixels, whole.result().pixels)) << chunk;
       *context.chunk = chunk;
       TileRenderer by_steps(context, 0, whole_pass(context, 0));
       while (!by_steps.go_on([] { return true; })) continue;
+      ASSERT_TRUE(by_steps.finish());
       EXPECT_TRUE(same_bytes(reference.pixels, by_steps.result().pixels)) << chunk << ", in steps";
     }
   }

@@ -1,6 +1,12 @@
 // Tiles that are stopped and taken up again, repeated, or rendered in any order by any threads.
 #include <algorithm>
+#include <atomic>
+#include <memory>
 #include <numeric>
+#include <optional>
+#include <random>
+#include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -104,6 +110,7 @@ TEST(Tiles, InStepsOnAnyThreadsGiveTheSameBytes) {
         ASSERT_GE(renderer.samples_done(), samples);
         samples = renderer.samples_done();
       }
+      EXPECT_TRUE(renderer.finish());
       const bool is_empty = context.plan.tiling.tiles[tile].first_level == FirstLevel::nothing;
       EXPECT_TRUE(is_empty || steps > context.scene->lights.size()) << "a step is one batch of rays, of one kind";
       EXPECT_EQ(samples, static_cast<std::uint64_t>(expected->pixels.rect.area()) * context.settings.samples);
@@ -129,6 +136,81 @@ TEST(Tiles, WhateverIsTracedTogetherGivesTheSameBytes) {
   }
 }
 
+/// Splits a tile again and again, wherever it has come to, and renders all parts in steps, in a random order.
+TileResult render_in_parts(const RenderContext& context, std::size_t tile, std::uint32_t seed, std::size_t& parts) {
+  std::mt19937 random(seed);
+  std::vector<std::unique_ptr<TileRenderer>> open;
+  open.push_back(std::make_unique<TileRenderer>(context, tile, all_samples(context, tile)));
+  std::optional<TileResult> result;
+  parts = 1;
+  while (!open.empty()) {
+    const std::size_t at = random() % open.size();
+    if (random() % 3 == 0) {
+      if (auto rest = open[at]->split()) {
+        open.push_back(std::move(rest));
+        ++parts;
+      }
+    } else if (open[at]->go_on([&] { return random() % 4 > 0; })) {
+      const bool is_last = open[at]->finish();
+      EXPECT_EQ(is_last, open.size() == 1);
+      if (is_last) result = open[at]->take_result();
+      open.erase(open.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+  }
+  return *std::move(result);
+}
+
+TEST(Tiles, InPartsGiveTheSameBytes) {
+  RenderContext context = context_for(ScreenBounds::flat);
+  context.settings.samples = 40;
+  context.settings.aovs = {Aov::depth, Aov::normal, Aov::variance, Aov::albedo, Aov::sample_count};
+  std::size_t most = 0;
+  for (std::size_t tile = 0; tile < context.plan.tiling.tiles.size(); ++tile) {
+    const auto expected = render_tile(context, tile);
+    for (std::uint32_t seed = 0; seed < 4; ++seed) {
+      std::size_t parts;
+      const TileResult result = render_in_parts(context, tile, seed, parts);
+      most = std::max(most, parts);
+      EXPECT_TRUE(same_bytes(expected->pixels, result.pixels)) << "tile " << tile << ", seed " << seed;
+      EXPECT_EQ(expected->rays, result.rays);
+    }
+  }
+  EXPECT_GE(most, 4U);
+}
+
+TEST(Tiles, PartsOnThreadsGiveTheSameBytes) {
+  RenderContext context = context_for(ScreenBounds::flat);
+  context.settings.samples = 40;
+  for (std::size_t tile = 0; tile < context.plan.tiling.tiles.size(); ++tile) {
+    const auto expected = render_tile(context, tile);
+    std::vector<std::unique_ptr<TileRenderer>> parts;
+    parts.push_back(std::make_unique<TileRenderer>(context, tile, all_samples(context, tile)));
+    for (std::size_t i = 0; i < parts.size() && parts.size() < 4; ++i)
+      if (auto rest = parts[i]->split()) parts.push_back(std::move(rest));
+    std::atomic<int> last = 0;
+    {
+      std::vector<std::jthread> threads;
+      for (const auto& part : parts)
+        threads.emplace_back([&] {
+          EXPECT_TRUE(part->go_on([] { return false; }));
+          last += part->finish() ? 1 : 0;
+        });
+    }
+    EXPECT_EQ(last, 1);
+    EXPECT_TRUE(same_bytes(expected->pixels, parts.front()->result().pixels)) << "tile " << tile;
+  }
+}
+
+/// How many tests rays take may depend on which of them go together.
+TEST(Tiles, ThatCountTestsAreNotSplit) {
+  RenderContext context = context_for(ScreenBounds::flat);
+  context.settings.samples = 40;
+  context.settings.count_tests = true;
+  EXPECT_EQ(TileRenderer(context, 4, all_samples(context, 4)).split(), nullptr);
+  context.settings.count_tests = false;
+  EXPECT_NE(TileRenderer(context, 4, all_samples(context, 4)).split(), nullptr);
+}
+
 TEST(Tiles, GoOnAfterAStop) {
   const RenderContext context = context_for(ScreenBounds::off);
   const auto expected = render_tile(context, 4);
@@ -138,6 +220,7 @@ TEST(Tiles, GoOnAfterAStop) {
   EXPECT_FALSE(renderer.go_on([&] { return stop.stop_requested(); }));
   EXPECT_LT(renderer.samples_done(), static_cast<std::uint64_t>(expected->pixels.rect.area()) * 2);
   EXPECT_TRUE(renderer.go_on([] { return false; }));
+  EXPECT_TRUE(renderer.finish());
   EXPECT_TRUE(same_bytes(expected->pixels, renderer.result().pixels));
   EXPECT_EQ(expected->rays, renderer.result().rays);
 }

@@ -36,6 +36,48 @@ TEST(SampleOrder, HasEverySampleOnceAndAPixelsInOrder) {
     }
 }
 
+TEST(SampleOrder, PartsHaveEverySampleOnceAndAreHalves) {
+  for (const PixelRect rect : {PixelRect{0, 0, 1, 1}, {0, 0, 2, 1}, {3, 5, 40, 23}, {16, 0, 32, 16}, {7, 7, 8, 90}})
+    for (const std::size_t begun : {std::size_t{0}, std::size_t{1}, std::size_t{50}}) {
+      Pass pass(90, 90, {2, 8});
+      pass.blocks[0] = pass.blocks[3] = {2, 0};
+      pass.blocks[6] = {2, 100};
+      std::map<std::tuple<std::int32_t, std::int32_t, std::uint32_t>, int> seen;
+      std::vector<SampleId> some;
+      const auto take = [&](SampleOrder& order, std::size_t most) {
+        const bool is_more = order.next(most, 1000, some);
+        for (const SampleId& s : some) ++seen[{s.x, s.y, s.index}];
+        return is_more;
+      };
+      std::vector<SampleOrder> parts{SampleOrder(rect, pass)};
+      if (begun > 0) take(parts[0], begun);
+      const std::uint64_t all = pass.samples_in(rect), left = all - seen.size();
+      for (std::size_t i = 0; i < parts.size(); ++i)
+        while (auto rest = parts[i].split(10)) parts.push_back(*rest);
+      EXPECT_TRUE(left <= 200 || parts.size() > 4);
+      for (SampleOrder& part : parts)
+        for (const std::size_t before = seen.size(); take(part, 7);) ASSERT_LE(seen.size() - before, left);
+      EXPECT_EQ(seen.size(), all);
+      for (const auto& [sample, count] : seen) ASSERT_EQ(count, 1);
+    }
+}
+
+TEST(SampleOrder, GivesAwayNoMoreThanHalfAndNoLessThanAskedFor) {
+  const Pass pass(64, 64, {0, 4});
+  SampleOrder order({0, 0, 64, 64}, pass);
+  std::vector<SampleId> some;
+  std::uint64_t left = 64 * 64 * 4;
+  while (auto rest = order.split(100)) {
+    std::uint64_t given = 0;
+    while (rest->next(1000, 1000, some)) given += some.size();
+    EXPECT_GE(given, 100U);
+    EXPECT_LE(given, left / 2);
+    EXPECT_GT(given, left / 2 - 5) << "whole pixels";
+    left -= given;
+  }
+  EXPECT_LT(left, 208U);
+}
+
 TEST(SampleOrder, LeavesOutBlocksThatAreFinished) {
   Pass pass(40, 40, {8, 2});
   pass.blocks[1] = {8, 0};

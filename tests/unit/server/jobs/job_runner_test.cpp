@@ -1,8 +1,11 @@
 #include "server/jobs/job_runner.h"
 
 #include <atomic>
+#include <condition_variable>
 #include <future>
+#include <mutex>
 #include <new>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -277,6 +280,62 @@ TEST_F(JobRunnerTest, TilesWithoutAnEndLeaveTurnsToOthers) {
   EXPECT_EQ(ended(start(camera)).state, JobState::completed);
 }
 
+/// From its third question on, one thread waits until there is another one.
+TEST_F(JobRunnerTest, ThreadsThatHaveNothingToDoTakePartsOfATile) {
+  struct Crowd {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::set<std::thread::id> threads;
+    int questions = 0;
+  } crowd;
+  struct AskedByTwo : Accel {
+    AskedByTwo(std::unique_ptr<const Accel> of, Crowd& who) : inner(std::move(of)), crowd(who) {}
+    void closest_fan(const RayFan& fan, std::span<Hit> hits, TraceLog log, Candidates among) const override {
+      std::unique_lock lock(crowd.mutex);
+      crowd.threads.insert(std::this_thread::get_id());
+      crowd.changed.notify_all();
+      if (++crowd.questions > 2) crowd.changed.wait_for(lock, kLong, [&] { return crowd.threads.size() > 1; });
+      lock.unlock();
+      inner->closest_fan(fan, hits, log, among);
+    }
+    std::optional<Hit> closest(const Ray& ray, TraceLog log) const override { return inner->closest(ray, log); }
+    bool occluded(const Ray& ray, TraceLog log) const override { return inner->occluded(ray, log); }
+    std::optional<Hit> closest_among(const Ray& ray, std::span<const std::uint32_t> objects,
+                                     TraceLog log) const override {
+      return inner->closest_among(ray, objects, log);
+    }
+    std::optional<Hit> coincident(const Ray& ray, const Hit& hit, TraceLog log) const override {
+      return inner->coincident(ray, hit, log);
+    }
+    AccelStats stats() const override { return inner->stats(); }
+    std::unique_ptr<const Accel> inner;
+    Crowd& crowd;
+  };
+  make_ = [&](std::shared_ptr<const Scene> scene, const AccelOptions& options) {
+    return std::make_unique<const AskedByTwo>(make_accel(std::move(scene), options), crowd);
+  };
+  JobOrder order{"", "sha256:0", 0, {}};
+  order.settings.width = order.settings.height = order.settings.tile_size = 64;
+  order.settings.samples = 16;
+  order.settings.screen_bounds = ScreenBounds::off;
+  const Camera camera = frame_scene(*scene_, 64, 64);
+  const auto image = [&](JobRunner& runner) {
+    const auto admitted = jobs_.add(order);
+    runner.start(*admitted, order, scene_, camera);
+    const JobView job = ended(admitted->id);
+    EXPECT_EQ(job.state, JobState::completed) << job.error;
+    EXPECT_EQ(job.plan->tiles, 1U);
+    EXPECT_EQ(job.progress->tiles(), 1U);
+    EXPECT_EQ(job.progress->samples(), 64U * 64 * 16);
+    return (*jobs_.film(job.id))->pixels().color;
+  };
+  const auto by_two = image(runner_);
+  EXPECT_EQ(crowd.threads.size(), 2U);
+  Scheduler one(1);
+  JobRunner alone(one, structures_, jobs_);
+  EXPECT_EQ(image(alone), by_two);
+}
+
 TEST_F(JobRunnerTest, AJobThatIsCanceledWhileItWaitsNeverBegins) {
   JobOrder order{"", "sha256:0", 0, {}};
   order.settings.width = order.settings.height = 32;
@@ -286,6 +345,42 @@ TEST_F(JobRunnerTest, AJobThatIsCanceledWhileItWaitsNeverBegins) {
   EXPECT_EQ(ended(start(frame_scene(*scene_, 32, 32))).state, JobState::completed);
   EXPECT_EQ((*jobs_.find(admitted->id)).state, JobState::canceled);
   EXPECT_FALSE((*jobs_.find(admitted->id)).times.preparing);
+}
+
+TEST_F(JobRunnerTest, ACanceledJobsBuildEnds) {
+  Scene scene = *scene_;
+  scene.shapes.emplace_back(icosphere(4, 1, {3, 0, 0}));
+  scene.objects.push_back({1, 0, std::nullopt});
+  scene_ = std::make_shared<const Scene>(with_bounds(std::move(scene)));
+  const Camera camera = frame_scene(*scene_, 32, 32);
+  for (const AccelKind kind : {AccelKind::bvh, AccelKind::wide}) {
+    std::promise<void> begun, canceled;
+    std::atomic<int> builds = 0, built = 0;
+    const auto build = [&](const auto& make) {
+      if (++builds == 1) {
+        begun.set_value();
+        canceled.get_future().wait();
+      }
+      auto made = make();
+      ++built;
+      return made;
+    };
+    make_ = [&](std::shared_ptr<const Scene> over, const AccelOptions& options) -> std::unique_ptr<const Accel> {
+      if (kind == AccelKind::bvh) return build([&] { return make_accel(std::move(over), options); });
+      return std::make_unique<const WideAccel>(std::move(over), options, wide_kernels(), [&](const TriangleMesh& mesh) {
+        return build([&] { return MadeTree{build_wide(mesh)}; });
+      });
+    };
+    const std::string id = start(camera, kind);
+    begun.get_future().wait();
+    ASSERT_TRUE(jobs_.cancel(id));
+    canceled.set_value();
+    EXPECT_EQ(ended(start(camera, kind)).state, JobState::completed);
+    while (scheduler_.usage().busy > 0) std::this_thread::yield();
+    EXPECT_EQ(builds, 2);
+    EXPECT_EQ(built, 1) << "the canceled job's was left";
+    EXPECT_EQ((*jobs_.find(id)).state, JobState::canceled);
+  }
 }
 
 TEST_F(JobRunnerTest, BuildsTheMeshesThatRaysComeTo) {

@@ -47,7 +47,7 @@ TEST(SingleFlight, TellsWhatWasAskedOfIt) {
     flights.get("b", make, std::stop_token{});
   });
   while (flights.usage().misses < 2) std::this_thread::yield();
-  flights.get("b", always(3), [](const Flights::Answer&, bool shared) { EXPECT_TRUE(shared); });
+  flights.get("b", always(3), [](const Flights::Answer&, bool shared) { EXPECT_TRUE(shared); }, {});
   go.set_value();
   maker.join();
   const CacheUsage usage = flights.usage();

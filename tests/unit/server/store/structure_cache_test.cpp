@@ -4,10 +4,13 @@
 #include <future>
 #include <latch>
 #include <stdexcept>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "core/accel/build_stop.h"
 
 namespace tessera::server {
 namespace {
@@ -125,6 +128,37 @@ TEST(StructureCache, AFailureIsToldAndNotKept) {
   const Answer failed = ask(cache, "a", scene);
   EXPECT_TRUE(failed.error);
   EXPECT_FALSE(failed.structure);
+  EXPECT_TRUE(ask(cache, "a", scene).structure);
+}
+
+TEST(StructureCache, ABuildEndsWhenNobodyWantsItAnyMore) {
+  std::promise<void> begun;
+  std::atomic<int> steps = 0;
+  bool is_endless = true;
+  StructureCache cache(1 << 30, [&](std::shared_ptr<const Scene> scene, const AccelOptions& options) {
+    if (is_endless) begun.set_value();
+    for (; is_endless; ++steps) BuildStop::check();
+    return make_accel(std::move(scene), options);
+  });
+  const auto scene = scene_of_spheres(10);
+  std::stop_source first, second;
+  std::exception_ptr error;
+  int told = 0;
+  const StructureCache::Done done = [&](const auto& structure, bool, std::exception_ptr what) {
+    EXPECT_FALSE(structure);
+    error = std::move(what);
+    ++told;
+  };
+  std::thread builder([&] { cache.get_or_build("a", scene, {AccelKind::bvh}, done, first.get_token()); });
+  begun.get_future().wait();
+  const auto asking = cache.get_or_build("a", scene, {AccelKind::bvh}, done, second.get_token());
+  first.request_stop();
+  for (const int before = steps; steps < before + 1000;) std::this_thread::yield();  // It goes on for the other one.
+  second.request_stop();
+  builder.join();
+  EXPECT_EQ(told, 2);
+  EXPECT_THROW(std::rethrow_exception(error), BuildStopped);
+  is_endless = false;
   EXPECT_TRUE(ask(cache, "a", scene).structure);
 }
 

@@ -178,6 +178,7 @@ class IoThreads {
     for (std::size_t i = 0; watchdog.is_wanted() && i < loops_.size(); ++i)
       watchdog.watch(loops_[i], i).handle.resume();
     for (EventLoop& loop : loops_) threads_.emplace_back([&loop] { loop.run(); });
+    for (std::jthread& thread : threads_) ::pthread_setname_np(thread.native_handle(), "io");  // As top -H tells them.
   }
 
   void stop() {

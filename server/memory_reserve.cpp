@@ -20,6 +20,7 @@ constexpr std::size_t kMostBytes = 32 << 10;
 
 /// Mapped, so that giving one back is of use to every arena of malloc; null where it has been.
 std::array<std::atomic<void*>, kChunks> chunks;
+std::atomic<std::size_t> missing{kChunks};  ///< Of them, or more for a moment: it is looked at all the time.
 thread_local unsigned share = 0, unwinding_share = 0;
 
 /// Gives a chunk back to the system, for malloc to have. False when there is none for this thread.
@@ -29,7 +30,9 @@ bool draw() noexcept {
   --left;
   for (auto& chunk : chunks) {
     void* const memory = chunk.exchange(nullptr);
-    if (memory) return ::munmap(memory, kChunkBytes) == 0;
+    if (!memory) continue;
+    ++missing;
+    return ::munmap(memory, kChunkBytes) == 0;
   }
   return false;
 }
@@ -44,12 +47,16 @@ MemoryReserve::Share::~Share() {
 }
 
 void MemoryReserve::refill() noexcept {
+  if (missing.load(std::memory_order_relaxed) == 0) return;
   for (auto& chunk : chunks) {
     if (chunk.load(std::memory_order_relaxed)) continue;
     void* const memory = ::mmap(nullptr, kChunkBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) return;
     void* nothing = nullptr;
-    if (!chunk.compare_exchange_strong(nothing, memory)) ::munmap(memory, kChunkBytes);
+    if (chunk.compare_exchange_strong(nothing, memory))
+      --missing;
+    else
+      ::munmap(memory, kChunkBytes);
   }
 }
 

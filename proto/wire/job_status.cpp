@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <limits>
 #include <type_traits>
 
@@ -32,8 +36,6 @@ bool read(const nlohmann::json& json, const char* name, T& out) {
   return true;
 }
 
-nlohmann::json range_json(const Range& range) { return {range.low, range.high}; }
-
 bool read(const nlohmann::json& json, const char* name, Range& out) {
   const auto field = json.find(name);
   if (field == json.end() || !field->is_array() || field->size() != 2) return false;
@@ -61,6 +63,73 @@ bool read_optional(const nlohmann::json& json, const char* name, std::optional<T
   return read(json, name, out.emplace());
 }
 
+constexpr std::size_t kUsualLength = 768;
+
+/// An object's members as JSON text, one after the other: statuses are polled more than anything else is asked for, and
+/// most of an answer's time would go into a document made of them first.
+class Members {
+ public:
+  explicit Members(std::string& text) : text_(text) { text_ += '{'; }
+  void end() { text_ += '}'; }
+
+  template <typename T>
+  void add(std::string_view name, const T& value) {
+    if (text_.back() != '{') text_ += ',';
+    text_ += '"';
+    text_ += name;
+    text_ += "\":";
+    write(value);
+  }
+
+ private:
+  void write(std::string_view value) {
+    const auto is_plain = [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; };
+    if (std::ranges::all_of(value, is_plain))
+      (text_ += '"').append(value) += '"';
+    else
+      text_ += nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  }
+  void write(const std::string& value) { write(std::string_view(value)); }
+  void write(std::uint32_t value) { write_number(value); }
+  void write(std::uint64_t value) { write_number(value); }
+  /// With a point or an exponent, so that who reads it knows its type; null where JSON has no number for it.
+  void write(double value) {
+    if (!std::isfinite(value)) {
+      text_ += "null";
+      return;
+    }
+    const std::size_t begin = text_.size();
+    write_number(value);
+    if (text_.find_first_of(".e", begin) == std::string::npos) text_ += ".0";
+  }
+  void write(const Range& range) {
+    text_ += '[';
+    write(range.low);
+    text_ += ',';
+    write(range.high);
+    text_ += ']';
+  }
+  void write(const SamplesPerPixel& samples) {
+    Members members(text_);
+    members.add("min", samples.least);
+    members.add("mean", samples.mean);
+    members.add("max", samples.most);
+    members.end();
+  }
+  void write(const Achieved& achieved) {
+    Members members(text_);
+    members.add("error", achieved.error);
+    members.add("interval", achieved.interval);
+    members.end();
+  }
+  void write_number(auto value) {
+    char digits[32];  // More than the shortest form of any double takes.
+    text_.append(digits, std::to_chars(std::begin(digits), std::end(digits), value).ptr);
+  }
+
+  std::string& text_;
+};
+
 }  // namespace
 
 std::string_view name(JobState state) { return kNames.at(static_cast<std::size_t>(state)); }
@@ -73,35 +142,39 @@ std::optional<JobState> job_state(std::string_view name) {
   return static_cast<JobState>(found - kNames.begin());
 }
 
-nlohmann::json to_json(const JobStatus& s) {
-  nlohmann::json json{
-      {"id", s.id},
-      {"name", s.name},
-      {"priority", s.priority},
-      {"state", name(s.state)},
-      {"image", name(s.image)},
-      {"scene", s.scene},
-      {"width", s.width},
-      {"height", s.height},
-      {"tiles_done", s.tiles_done},
-      {"tiles_total", s.tiles_total},
-      {"samples_done", s.samples_done},
-      {"samples_total", s.samples_total},
-      {"progress", s.progress},
-      {"progress_range", range_json(s.progress_range)},
-      {"passes", s.passes},
-      {"samples_per_pixel",
-       {{"min", s.samples_per_pixel.least}, {"mean", s.samples_per_pixel.mean}, {"max", s.samples_per_pixel.most}}},
-      {"elapsed", s.elapsed},
-      {"created", s.created},
-      {"error", s.error},
-      {"warnings", s.warnings}};
-  if (s.eta) json["eta"] = *s.eta;
-  if (s.eta_range) json["eta_range"] = range_json(*s.eta_range);
-  if (s.ended_by) json["ended_by"] = *s.ended_by;
-  if (s.achieved) json["achieved"] = {{"error", s.achieved->error}, {"interval", range_json(s.achieved->interval)}};
-  return json;
+std::string json_text(const JobStatus& s) {
+  std::string text;
+  text.reserve(kUsualLength);
+  Members members(text);
+  members.add("id", s.id);
+  members.add("name", s.name);
+  members.add("priority", s.priority);
+  members.add("state", name(s.state));
+  members.add("image", name(s.image));
+  members.add("scene", s.scene);
+  members.add("width", s.width);
+  members.add("height", s.height);
+  members.add("tiles_done", s.tiles_done);
+  members.add("tiles_total", s.tiles_total);
+  members.add("samples_done", s.samples_done);
+  members.add("samples_total", s.samples_total);
+  members.add("progress", s.progress);
+  members.add("progress_range", s.progress_range);
+  members.add("passes", s.passes);
+  members.add("samples_per_pixel", s.samples_per_pixel);
+  members.add("elapsed", s.elapsed);
+  if (s.eta) members.add("eta", *s.eta);
+  if (s.eta_range) members.add("eta_range", *s.eta_range);
+  if (s.ended_by) members.add("ended_by", *s.ended_by);
+  if (s.achieved) members.add("achieved", *s.achieved);
+  members.add("created", s.created);
+  members.add("error", s.error);
+  members.add("warnings", s.warnings);
+  members.end();
+  return text;
 }
+
+nlohmann::json to_json(const JobStatus& status) { return nlohmann::json::parse(json_text(status)); }
 
 std::optional<JobStatus> job_status(const nlohmann::json& json) {
   JobStatus s;

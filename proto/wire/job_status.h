@@ -65,6 +65,8 @@ struct JobStatus {
   std::uint64_t warnings = 0;
 };
 
+/// As JSON, without an end of line. What isn't UTF-8 is replaced (U+FFFD).
+std::string json_text(const JobStatus& status);
 nlohmann::json to_json(const JobStatus& status);
 
 /// Nothing when a field is missing or of the wrong type. Fields that it doesn't know are left to later versions.

@@ -5,8 +5,6 @@
 #include <string_view>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "proto/parse.h"
 #include "proto/wire/sha256.h"
 #include "server/config.h"
@@ -25,7 +23,7 @@ namespace {
 
 constexpr std::size_t kDefaultListed = 100;
 constexpr std::size_t kMostListed = 1000;
-nlohmann::json status_json(const JobView& job) { return to_json(status_of(job, JobTimes::Clock::now())); }
+std::string status_text(const JobView& job) { return json_text(status_of(job, JobTimes::Clock::now())); }
 
 std::optional<std::size_t> read_limit(const Request& request) {
   const auto text = request.query("limit");
@@ -65,7 +63,7 @@ Response answer_retry(Services& services, const JobTable::Retry& retry) {
                              {}});
   const auto job = services.jobs.find(retry.job);
   if (!job) return problem_response(job.problem());
-  Response response = json_response(200, status_json(*job));
+  Response response = json_text_response(200, status_text(*job));
   response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
   return response;
 }
@@ -92,7 +90,7 @@ Response post_job(Services& services, Request& request) {
   const auto answer = [id = started->id, written = started->written](Services& its_services, Request&) {
     if (const auto& refused = written.get()) return problem_response(*refused);
     const auto view = its_services.jobs.find(id);
-    Response response = view ? json_response(201, status_json(*view)) : problem_response(view.problem());
+    Response response = view ? json_text_response(201, status_text(*view)) : problem_response(view.problem());
     response.headers.emplace_back("Location", "/v1/jobs/" + id);
     return response;
   };
@@ -115,14 +113,14 @@ Response list_jobs(Services& services, Request& request) {
   auto jobs =
       services.jobs.list(request.query("after").value_or(""), *limit + 1, state,
                          request.who.may(proto::Scope::admin) ? std::nullopt : std::optional(request.who.owner));
-  nlohmann::json body{{"jobs", nlohmann::json::array()}};
-  if (jobs.size() > *limit) {
-    jobs.pop_back();
-    body["next"] = jobs.back().id;
-  }
-  for (const JobView& job : jobs) body["jobs"].push_back(status_json(job));
-  Response response = json_response(200, body);
-  if (body.contains("next")) {  // RFC 8288
+  const bool has_more = jobs.size() > *limit;
+  if (has_more) jobs.pop_back();
+  std::string text = R"({"jobs":[)";
+  for (const JobView& job : jobs) (text += &job == &jobs.front() ? "" : ",") += status_text(job);
+  text += ']';
+  if (has_more) text += R"(,"next":")" + jobs.back().id + '"';
+  Response response = json_text_response(200, std::move(text) + '}');
+  if (has_more) {  // RFC 8288
     std::string next = "/v1/jobs?after=" + jobs.back().id;
     if (request.query("limit")) next += "&limit=" + std::to_string(*limit);
     if (state_name) next += "&state=" + std::string(*state_name);
@@ -133,13 +131,13 @@ Response list_jobs(Services& services, Request& request) {
 
 Response show_job(Services& services, Request& request) {
   const auto job = find_job(services, request);
-  return job ? json_response(200, status_json(*job)) : problem_response(job.problem());
+  return job ? json_text_response(200, status_text(*job)) : problem_response(job.problem());
 }
 
 Response cancel_job(Services& services, Request& request) {
   if (const auto found = find_job(services, request); !found) return problem_response(found.problem());
   const auto job = services.jobs.cancel(request.parameter);
-  return job ? json_response(202, status_json(*job)) : problem_response(job.problem());
+  return job ? json_text_response(202, status_text(*job)) : problem_response(job.problem());
 }
 
 Response delete_job(Services& services, Request& request) {

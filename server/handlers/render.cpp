@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
 #include "server/handlers/asset.h"
@@ -114,7 +113,7 @@ Problem ended_early(const JobView& job, bool shutting_down) {
 }
 
 Response accepted(const JobView& job, const Preference& preference) {
-  Response response = json_response(202, to_json(status_of(job, Clock::now())));
+  Response response = json_text_response(202, json_text(status_of(job, Clock::now())));
   response.headers.emplace_back("Preference-Applied", preference.applied());
   return response;
 }

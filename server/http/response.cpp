@@ -1,6 +1,7 @@
 #include "server/http/response.h"
 
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -28,6 +29,10 @@ std::string_view Response::content() const {
 
 Response json_response(int status, const nlohmann::json& body) {
   return {status, {{"Content-Type", "application/json"}}, dump(body)};
+}
+
+Response json_text_response(int status, std::string text) {
+  return {status, {{"Content-Type", "application/json"}}, std::move(text) + '\n'};
 }
 
 Response problem_response(const proto::Problem& problem) { return problem_response(problem, nlohmann::json::object()); }

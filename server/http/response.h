@@ -51,6 +51,8 @@ struct Later {
 };
 
 Response json_response(int status, const nlohmann::json& body);
+/// The same of what is JSON text already.
+Response json_text_response(int status, std::string text);
 
 /// Problem details; with Retry-After where trying again can help.
 Response problem_response(const proto::Problem& problem);

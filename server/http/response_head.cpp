@@ -1,6 +1,7 @@
 #include "server/http/response_head.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <ctime>
 #include <iterator>
 #include <string_view>
@@ -8,12 +9,21 @@
 namespace tessera::server {
 namespace {
 
-std::string http_date() {
+constexpr std::size_t kUsualLength = 512;
+
+/// Now. Written once a second by each thread, for all the answers that it gives then.
+std::string_view http_date() {
+  thread_local std::time_t written = -1;
+  thread_local char text[64];
+  thread_local std::size_t length = 0;
   const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[64];
-  return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts)};
+  if (now != written) {
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    length = std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    written = now;
+  }
+  return {text, length};
 }
 
 struct Reason {
@@ -61,10 +71,14 @@ std::string_view reason(int status) {
 bool is_bare(const Response& response) { return response.status == 204 || response.status == 304; }
 
 std::string response_head(const Response& response, bool keeps_connection, int minor_version) {
-  std::string text = "HTTP/1.1 " + std::to_string(response.status) + ' ';
+  std::string text;
+  text.reserve(kUsualLength);
+  text += "HTTP/1.1 " + std::to_string(response.status) + ' ';
   text += reason(response.status);
-  text += "\r\nServer: tessera/" TESSERA_VERSION "\r\nDate: " + http_date() + "\r\n";
-  for (const auto& [name, value] : response.headers) text += name + ": " + value + "\r\n";
+  text += "\r\nServer: tessera/" TESSERA_VERSION "\r\nDate: ";
+  text += http_date();
+  text += "\r\n";
+  for (const auto& [name, value] : response.headers) ((text += name) += ": ").append(value) += "\r\n";
   if (response.stream && minor_version > 0) text += "Transfer-Encoding: chunked\r\n";
   if (!is_bare(response) && response.has_length && !response.stream)
     text += "Content-Length: " + std::to_string(response.content().size()) + "\r\n";

@@ -1,5 +1,7 @@
 #include "proto/wire/job_status.h"
 
+#include <cstdint>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -57,6 +59,28 @@ TEST(JobStatus, SurvivesTheWire) {
   EXPECT_FALSE(to_json(fresh).contains("eta"));
   EXPECT_FALSE(to_json(fresh).contains("achieved"));
   EXPECT_EQ(job_status(to_json(fresh))->eta, std::nullopt);
+}
+
+TEST(JobStatus, ItsTextIsJsonWhateverStandsInIt) {
+  JobStatus odd = sample();
+  odd.name = "\"quoted\" \\ \n\t\x01 é 日 \x7f";
+  odd.error = "not UTF-8: \xff";
+  odd.samples_total = std::numeric_limits<std::uint64_t>::max();
+  odd.width = std::numeric_limits<std::uint32_t>::max();
+  odd.progress = 5e-324;
+  odd.elapsed = std::numeric_limits<double>::max();
+  odd.eta = std::numeric_limits<double>::infinity();
+  odd.samples_per_pixel.mean = 1;
+  const nlohmann::json json = nlohmann::json::parse(json_text(odd));
+  EXPECT_EQ(json["name"], odd.name);
+  EXPECT_EQ(json["error"], "not UTF-8: \uFFFD");
+  EXPECT_EQ(json["samples_total"], odd.samples_total);
+  EXPECT_EQ(json["width"], odd.width);
+  EXPECT_EQ(json["progress"], odd.progress);
+  EXPECT_EQ(json["elapsed"], odd.elapsed);
+  EXPECT_TRUE(json["eta"].is_null());
+  EXPECT_TRUE(json["samples_per_pixel"]["mean"].is_number_float());
+  EXPECT_EQ(json["progress_range"], nlohmann::json::array({0.125, 0.5}));
 }
 
 TEST(JobStatus, NothingForAFieldThatIsMissingOrWrong) {

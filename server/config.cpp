@@ -145,7 +145,7 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
       ->check(CLI::Range(1U, 3600U));
   size("--memory", config.memory,
        "What the process may take of memory; 0: three quarters of what its cgroup or the machine has");
-  flag("--max-connections", config.max_connections, "Most connections at once; others wait to be accepted")
+  flag("--max-connections", config.max_connections, "Most connections at once; then the slowest make room")
       ->check(kAtLeast1);
   size("--max-body", config.max_body, "Largest JSON document")->check(kAtLeast1);
   size("--max-blob", config.max_blob, "Largest uploaded file")->check(kAtLeast1);

@@ -43,6 +43,7 @@ void EventLoop::run() noexcept {
       auto* channel = static_cast<Channel*>(events[static_cast<std::size_t>(i)].data.ptr);
       if (channel) channel->happened(events[static_cast<std::size_t>(i)].events);
     }
+    end_given_up();
     deliver_messages();  // After the events: what is told here may end channels that events were for.
     if (Channel::Clock::now() - looked_ >= kTick) resume_expired();
   }
@@ -51,6 +52,22 @@ void EventLoop::run() noexcept {
 void EventLoop::stop() noexcept {
   stopped_ = true;
   wake();
+}
+
+bool EventLoop::make_room(std::chrono::steady_clock::duration patience) noexcept {
+  if (given_up_) return true;
+  Channel* longest = nullptr;
+  for (Channel* channel = channels_; channel; channel = channel->next_)
+    if (channel->waits_for_peer_ && (!longest || channel->got_on_ < longest->got_on_)) longest = channel;
+  if (!longest || Channel::Clock::now() - longest->got_on_ < patience) return false;
+  longest->give_up();
+  given_up_ = longest;
+  return true;
+}
+
+void EventLoop::end_given_up() noexcept {
+  Channel* const channel = std::exchange(given_up_, nullptr);
+  if (channel && channel->waits_for_peer_) channel->resume(true);
 }
 
 void EventLoop::wake() noexcept {
@@ -97,6 +114,7 @@ Channel::Channel(EventLoop& loop, FileDescriptor socket, std::coroutine_handle<>
 }
 
 Channel::~Channel() {
+  if (loop_.given_up_ == this) loop_.given_up_ = nullptr;
   // Closing isn't enough where the socket has been duplicated: events would still come, for what is gone.
   ::epoll_ctl(loop_.epoll_.value(), EPOLL_CTL_DEL, socket_.value(), nullptr);
   (previous_ ? previous_->next_ : loop_.channels_) = next_;

@@ -28,6 +28,10 @@ class EventLoop {
   void run() noexcept;
   void stop() noexcept;
 
+  /// Gives up the connection whose peer has kept it waiting the longest, and for at least so long, without any getting
+  /// on. Whether there was one; it ends before the next message is delivered. For the loop's thread.
+  bool make_room(std::chrono::steady_clock::duration patience) noexcept;
+
   /// What another thread has to tell to a coroutine. Lives until `is_done` is seen by that coroutine.
   struct Message {
     Channel* to = nullptr;
@@ -41,6 +45,7 @@ class EventLoop {
   friend class Channel;
 
   void wake() noexcept;
+  void end_given_up() noexcept;
   void deliver_messages() noexcept;
   void resume_expired() noexcept;
 
@@ -48,6 +53,7 @@ class EventLoop {
   std::atomic<bool> stopped_{false};
   std::chrono::steady_clock::time_point looked_;  ///< At what has expired.
   Channel* channels_ = nullptr;                   ///< All of them: a list through `next_`.
+  Channel* given_up_ = nullptr;                   ///< To be ended after the events at hand, which may be for it.
   std::mutex mutex_;                              ///< Guards what follows.
   Message* messages_ = nullptr;                   ///< The newest first.
 };
@@ -81,6 +87,21 @@ class Channel {
   };
   Change change() { return {*this}; }
 
+  /// To be called when the peer has got on with what it sends or reads, or has nothing to get on with.
+  void got_on() { got_on_ = Clock::now(); }
+  /// The same wait as for `change`, for nothing but the peer: others may need the room more (`EventLoop::make_room`).
+  struct PeerChange : Change {
+    void await_suspend(std::coroutine_handle<> waiting) const noexcept {
+      channel.waits_for_peer_ = true;
+      Change::await_suspend(waiting);
+    }
+    bool await_resume() const noexcept {
+      channel.waits_for_peer_ = false;
+      return Change::await_resume();
+    }
+  };
+  PeerChange change_by_peer() { return {{*this}}; }
+
   /// The peer has closed its side of the connection: it sends no more, but may still read.
   bool peer_has_finished() const { return peer_has_finished_; }
   /// Requested once the peer is known to read no more.
@@ -98,7 +119,8 @@ class Channel {
   FileDescriptor socket_;
   std::coroutine_handle<> coroutine_, waiting_;
   Clock::time_point deadline_ = Clock::time_point::max();
-  bool has_expired_ = false, peer_has_finished_ = false;
+  Clock::time_point got_on_ = Clock::now();
+  bool has_expired_ = false, peer_has_finished_ = false, waits_for_peer_ = false;
   std::stop_source broken_;
   Channel *previous_ = nullptr, *next_ = nullptr;
 };

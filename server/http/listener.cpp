@@ -21,6 +21,9 @@ namespace {
 
 /// Before it is tried again to accept what can't be accepted now: some connection has to end first.
 constexpr std::chrono::milliseconds kPause{50};
+/// What a peer may take to get on while others wait for its place: much more than a request takes whose sender doesn't
+/// dawdle.
+constexpr std::chrono::milliseconds kPatience{250};
 
 std::string why(int error) { return std::generic_category().message(error); }
 
@@ -50,10 +53,20 @@ FileDescriptor listen_on(const std::string& host, std::uint16_t port) {
 Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connections& connections) {
   const std::coroutine_handle<> coroutine = co_await ThisCoroutine{};
   Channel channel(loop, FileDescriptor(::fcntl(listening.value(), F_DUPFD_CLOEXEC, 0)), coroutine);
-  bool has_complained = false;
+  bool has_complained = false, is_crowded = false;
   while (!connections.services.shutting_down) {
     channel.never_expires();
     if (connections.open >= connections.services.most_connections) {
+      if (loop.make_room(kPatience)) {
+        if (!std::exchange(is_crowded, true))
+          spdlog::warn("{} connections are open, as many as may be: those that wait for their peers longest are closed",
+                       connections.open.load());
+        EventLoop::Message has_ended;
+        has_ended.to = &channel;
+        loop.post(has_ended);
+        while (!has_ended.is_done) co_await channel.change();
+        continue;
+      }
       channel.expires_after(kPause);
       co_await channel.change();
       continue;
@@ -68,6 +81,7 @@ Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connection
     if (error == 0) {
       has_complained = false;
     } else if (error == EAGAIN) {
+      is_crowded = false;
       co_await channel.change();
     } else if (error != EINTR && error != ECONNABORTED) {
       if (!std::exchange(has_complained, true)) spdlog::warn("cannot accept connections: error {}", error);

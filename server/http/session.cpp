@@ -282,6 +282,7 @@ class Session {
   Task<Received> receive_head(RequestHead& head, std::optional<Problem>& wrong) {
     RequestHeadParser parser;
     channel_.expires_after(timeout_);
+    channel_.got_on();
     for (;;) {
       wrong = parser.advance(input_.bytes());
       if (wrong || parser.is_complete()) break;
@@ -497,6 +498,7 @@ class Session {
       const ssize_t count = transport_.receive(room);
       if (count > 0) {
         input_.received(static_cast<std::size_t>(count));
+        moved(count);
         co_return true;
       }
       if (count < 0 && errno == EINTR) {
@@ -505,7 +507,7 @@ class Session {
       }
       if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) co_return false;
       steps_ = 0;
-      has_expired_ = !co_await channel_.change();
+      has_expired_ = !co_await channel_.change_by_peer();
       if (has_expired_) co_return false;
     }
   }
@@ -596,12 +598,14 @@ class Session {
   /// Piece by piece, so that a slow reader has the time that its link needs, and a stuck one hasn't.
   Task<bool> write(std::string_view first, std::string_view second) {
     channel_.expires_after(timeout_);
+    channel_.got_on();
     while (!first.empty() || !second.empty()) {
       co_await give_way();
       const ssize_t count = transport_.send(first, second);
       if (count >= 0) {
         has_answered_ = true;
         at_hand_.bytes_sent += static_cast<std::uint64_t>(count);
+        moved(count);
         const auto of_first = std::min(static_cast<std::size_t>(count), first.size());
         first.remove_prefix(of_first);
         second.remove_prefix(static_cast<std::size_t>(count) - of_first);
@@ -611,10 +615,18 @@ class Session {
       if (errno == EINTR) continue;
       if (errno != EAGAIN && errno != EWOULDBLOCK) co_return false;
       steps_ = 0;
-      const bool in_time = co_await channel_.change();
+      const bool in_time = co_await channel_.change_by_peer();
       if (!in_time) co_return false;
     }
     co_return true;
+  }
+
+  /// Some bytes have come or gone. A peer gets on by pieces: whoever dawdles doesn't.
+  void moved(ssize_t bytes) {
+    moved_ += static_cast<std::size_t>(bytes);
+    if (moved_ < kPieceBytes) return;
+    moved_ = 0;
+    channel_.got_on();
   }
 
   /// Lets the other connections of this loop have their turn, after some steps without having waited.
@@ -632,6 +644,7 @@ class Session {
   /// Says goodbye and reads on for a moment: closing on unread bytes would reset the connection and take the
   /// response away from a peer that is still sending.
   Task<bool> close() {
+    if (channel_.broken().stop_requested()) co_return true;
     channel_.expires_after(kLinger);
     bool in_time = true;
     while (in_time && !transport_.finish()) in_time = co_await channel_.change();
@@ -659,6 +672,7 @@ class Session {
   AtHand at_hand_;
   Channel::Clock::time_point written_;  ///< When a stream was written to last.
   unsigned steps_ = 0;                  ///< Reads and writes since this waited last.
+  std::size_t moved_ = 0;               ///< Bytes since the peer has got on.
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from documents import SMALL_JOB, SPHERE
+from documents import SMALL_JOB, SPHERE, endless_job
 
 POST = b"POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
 MIB = 1 << 20
@@ -146,20 +146,40 @@ class MemoryTest(unittest.TestCase):
 
 
 class ConnectionsTest(unittest.TestCase):
-    def test_more_than_may_be_wait_for_their_turn(self):
+    def test_more_than_may_be_wait_for_those_at_work(self):
+        """And for those that are waited for: a render that doesn't end."""
+        job = json.dumps(endless_job()).encode()
         with Daemon("--max-connections", "3", "--timeout", "60") as daemon:
             held = [connect(daemon) for _ in range(3)]
             for connection in held:
                 connection.sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 self.assertTrue(connection.recv(1000).startswith(b"HTTP/1.1 200 "))
+                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+                                   b"Content-Length: %d\r\n\r\n%b" % (len(job), job))
             with connect(daemon) as waiting:
                 waiting.sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
-                for _ in range(20):  # Those that are open are served meanwhile.
-                    held[0].sendall(b"GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n")
-                    self.assertTrue(held[0].recv(1000).startswith(b"HTTP/1.1 200 "))
-                self.assertEqual(select.select([waiting], [], [], 0)[0], [])
+                self.assertEqual(select.select([waiting, *held], [], [], 1)[0], [])
                 held.pop().close()
                 self.assertTrue(read_all(waiting).startswith(b"HTTP/1.1 200 "))
+            for connection in held:
+                connection.close()
+
+    def test_the_slowest_make_room(self):
+        """Between requests, in a header and in a body, and in an answer that isn't read."""
+        beginnings = [
+            b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n",
+            b"GET /livez HTTP/1.1\r\nHost: localhost\r\nX-Slow: ",
+            b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 100\r\n\r\n{",
+            b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n" * 1000,
+        ]
+        with Daemon("--max-connections", "4", "--timeout", "60") as daemon:
+            held = [connect(daemon) for _ in beginnings]
+            for connection, beginning in zip(held, beginnings):
+                connection.setblocking(False)
+                connection.send(beginning)
+            for _ in range(50):
+                self.assertEqual(daemon.request("GET", "/livez").status, 200)
+            self.assertGreaterEqual(daemon.count_in_log("connections are open, as many as may be"), 1)
             for connection in held:
                 connection.close()
 

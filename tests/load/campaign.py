@@ -13,7 +13,13 @@ from tools.outcome import Broken, Outcome, Skipped
 PARTS = {
     "polls": "status polls beside nginx, idle and while every core renders",
     "small_jobs": "ten thousand jobs of 64 x 64 from 32 clients",
+    "beside": "small things beside large ones: thumbnails, and posts behind hostile documents and huge encodings",
+    "idle_connections": "thousands of connections that ask for nothing",
     "slow_clients": "slowhttptest in every way that it knows",
+    "memory": "the worst clients, ten ways",
+    "faults": "disk full, read-only or gone, no descriptors, the clock set back",
+    "kills": "kill -9 at random moments of a script of work: nothing is lost",
+    "soak": "all kinds of work for twenty minutes: memory and descriptors stay flat",
 }
 SKIPPED = 77  # ctest's SKIP_RETURN_CODE.
 

@@ -2,13 +2,13 @@
 
 from documents import SPHERE
 
-_FILLED = dict(SPHERE, camera={"type": "perspective", "from": [0, 0, 9], "at": [0, 0, 0], "up": [0, 1, 0], "fov": 2})
+FILLED = dict(SPHERE, camera={"type": "perspective", "from": [0, 0, 9], "at": [0, 0, 0], "up": [0, 1, 0], "fov": 2})
 
 
 def heavy_job(side=1024):
     """Every pixel has something to do, for hours."""
     return {
-        "scene": _FILLED,
+        "scene": FILLED,
         "image": {"width": side, "height": side},
         "settings": {"samples": 65536, "tile_size": 16},
     }

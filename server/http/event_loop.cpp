@@ -39,12 +39,16 @@ void EventLoop::run() noexcept {
   while (!stopped_) {
     const int timeout = channels_ ? static_cast<int>(kTick.count()) : -1;
     const int count = ::epoll_wait(epoll_.value(), events.data(), events.size(), timeout);
+    bool was_woken = false;
     for (int i = 0; i < count; ++i) {
       auto* channel = static_cast<Channel*>(events[static_cast<std::size_t>(i)].data.ptr);
-      if (channel) channel->happened(events[static_cast<std::size_t>(i)].events);
+      if (channel)
+        channel->happened(events[static_cast<std::size_t>(i)].events);
+      else
+        was_woken = true;
     }
     end_given_up();
-    deliver_messages();  // After the events: what is told here may end channels that events were for.
+    if (was_woken) deliver_messages();  // After the events: what is told here may end channels that events were for.
     if (Channel::Clock::now() - looked_ >= kTick) resume_expired();
   }
 }

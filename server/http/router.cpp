@@ -146,9 +146,9 @@ std::variant<const Route*, Response> find_route(const Config& config, Request& r
   const bool is_for_server = request.target.segments.empty();
   for (const Route& route : route_table()) {
     if (route.is_of_drake && !config.drake) continue;
-    const std::string prefix = route.is_of_drake ? config.drake_prefix : "";
-    auto parameter =
-        is_for_server ? std::string() : match(prefix + std::string(route.pattern), request.target.segments);
+    const std::string of_drake = route.is_of_drake ? config.drake_prefix + std::string(route.pattern) : "";
+    const std::string_view pattern = route.is_of_drake ? of_drake : route.pattern;
+    auto parameter = is_for_server ? std::string() : match(pattern, request.target.segments);
     if (!parameter) continue;
     if (route.method != request.method) {
       allow(allowed, route.method);

@@ -48,12 +48,13 @@ def main():
     parser.add_argument("--short", action="store_true", help="seconds a part, and no bars")
     parser.add_argument("--parts", type=lambda text: text.split(","), default=list(PARTS), metavar="A,B")
     parser.add_argument("--seed", type=int, default=time.time_ns() % 1_000_000)
+    parser.add_argument("--kills", type=int, help="how many, instead of 12 or 1000")
     parser.add_argument("--folder", help="where the figures go as JSON")
     options = parser.parse_args()
     if unknown := set(options.parts) - PARTS.keys():
         parser.error(f"there is no part {', '.join(sorted(unknown))}")
     print(f"seed {options.seed}")
-    outcome = Outcome(options.short, options.seed, None if options.short else options.folder)
+    outcome = Outcome(options.short, options.seed, options.kills, None if options.short else options.folder)
     held = [run(part, outcome) for part in options.parts]
     outcome.finish()
     if False in held:

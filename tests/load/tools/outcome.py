@@ -32,9 +32,10 @@ def need(*programs):
 class Outcome:
     """Of all parts together. Times are measured and held against their bars in the long form alone."""
 
-    def __init__(self, is_short, seed, folder):
+    def __init__(self, is_short, seed, kills, folder):
         self.is_short = is_short
         self.seed = seed
+        self.kills = kills
         self._report = Report("load", folder) if folder else None
         self._rows = [["", "measured", "bar", ""]]
 

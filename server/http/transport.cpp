@@ -17,6 +17,9 @@ namespace {
 /// Most bytes of one record (RFC 8446, 5.1).
 constexpr std::size_t kRecordBytes = 16 << 10;
 
+/// So often in a row a peer may send what holds nothing for HTTP.
+constexpr unsigned kMostFruitless = 256;
+
 /// How a request line begins, and no TLS record does (RFC 8446, B.1).
 bool begins_method(char c) { return c >= 'A' && c <= 'Z'; }
 
@@ -72,8 +75,9 @@ ssize_t Transport::receive_decrypted(std::span<char> room) {
     // It may have stopped at a record that held nothing for HTTP, and the socket won't change for what is there
     // already.
     char next = 0;
-    errno = ::recv(socket_, &next, 1, MSG_PEEK) >= 0 ? EINTR : EAGAIN;
+    errno = ::recv(socket_, &next, 1, MSG_PEEK) < 0 ? EAGAIN : ++fruitless_ <= kMostFruitless ? EINTR : ECONNABORTED;
   }
+  if (count > 0) fruitless_ = 0;
   return count;
 }
 

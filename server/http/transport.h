@@ -48,7 +48,8 @@ class Transport {
   ssize_t outcome_of(int result);
 
   const int socket_;
-  TlsState tls_;  ///< None: plain bytes.
+  TlsState tls_;            ///< None: plain bytes.
+  unsigned fruitless_ = 0;  ///< Calls of `receive` in a row that something came for, and no byte of HTTP.
   bool has_begun_ = false, has_failed_ = false, lacks_tls_ = false;
 };
 

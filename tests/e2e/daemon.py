@@ -57,6 +57,8 @@ class Daemon:
     """A daemon on a free port, with an empty data folder unless one is given. Use it in a `with`, or call `stop`. One
     that speaks TLS is spoken to with an ssl.SSLContext."""
 
+    context = None
+
     def __init__(self, *flags, data_dir=None, env=None, program=None, context=None):
         self.context = context
         self.folder = tempfile.mkdtemp(prefix="tessera-e2e-")

@@ -27,6 +27,8 @@ constexpr Title kTitles[] = {
     {"target_too_long", "A name is too long for the server", false},
     {"payload_too_large", "Too large for this server", true},
     {"unsupported_media_type", "The server can't read what was sent; it may be of another version", false},
+    {"request_in_progress", "The same was sent a moment ago, and isn't answered yet; try again", false},
+    {"idempotency_key_reused", "Something else was sent under the same key before", false},
     {"hash_mismatch", "The file changed while it was sent; try again", false},
 };
 

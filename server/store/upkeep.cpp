@@ -12,7 +12,7 @@ namespace tessera::server {
 namespace {
 
 using UpkeepClock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kBetweenLooks{5};
+constexpr std::chrono::seconds kBetweenChecks{5};
 constexpr std::chrono::minutes kBetweenSweeps{5};
 
 void log_swept(const char* what, const Shelf::Swept& swept) {
@@ -48,7 +48,7 @@ void Upkeep::work_on(const std::stop_token& stop) {
     } catch (const std::exception& error) {
       spdlog::error("looking after the data folder: {}", error.what());
     }
-    stopped_.wait_for(lock, stop, kBetweenLooks, [] { return false; });
+    stopped_.wait_for(lock, stop, kBetweenChecks, [] { return false; });
   }
 }
 

@@ -155,7 +155,7 @@ struct AroundTiles {
     server::Progress progress;
     {
       server::Scheduler scheduler(2);
-      scheduler.submit(tiles.size(), [&](std::size_t i) {
+      scheduler.submit(tiles.size(), [&](std::size_t i, const server::Scheduler::Turn&) {
         image.store(i, tiles[i].pixels);
         progress.add({tiles[i].rays, tiles[i].tests, static_cast<std::uint64_t>(tiles[i].pixels.rect.area())}, {});
         progress.add_tile();

@@ -7,10 +7,10 @@
 namespace tessera {
 namespace {
 
-BoundingSphere fit(Outline outline) { return SphereBound().fit(outline); }
+BoundingSphere sphere_around(Outline outline) { return SphereBound().fit(outline); }
 
 TEST(SphereBound, IsSmallestAroundFewPoints) {
-  const BoundingSphere sphere = fit({{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {}, 0});
+  const BoundingSphere sphere = sphere_around({{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {}, 0});
   EXPECT_NEAR(sphere.radius, std::sqrt(3.0), 1e-6);
   EXPECT_NEAR(length(to_double(sphere.center)), 0, 1e-6);
 }
@@ -19,21 +19,23 @@ TEST(SphereBound, GrownAroundManyIsLooserByAFewPercent) {
   Outline many;
   Random random(1);
   for (int i = 0; i < 5000; ++i) many.points.push_back(to_float(random.direction()));
-  EXPECT_GE(fit(many).radius, 1);
-  EXPECT_LE(fit(many).radius, 1.1F);
+  EXPECT_GE(sphere_around(many).radius, 1);
+  EXPECT_LE(sphere_around(many).radius, 1.1F);
 }
 
 TEST(SphereBound, TakesAnEllipsoidAsTheBallAroundIt) {
-  const BoundingSphere ball = fit({{}, {{{1, 2, 3}, {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}}}, 0});
+  const BoundingSphere ball = sphere_around({{}, {{{1, 2, 3}, {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}}}, 0});
   EXPECT_EQ(ball.center, (Vec3{1, 2, 3}));
   EXPECT_NEAR(ball.radius, 2, 1e-6);
   const BoundingSphere capsule =
-      fit({{}, {{{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {}}}, {{0, 0, 4}, {{0.5, 0, 0}, {0, 0.5, 0}, {}}}}, 0});
+      sphere_around({{}, {{{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {}}}, {{0, 0, 4}, {{0.5, 0, 0}, {0, 0.5, 0}, {}}}}, 0});
   EXPECT_NEAR(capsule.radius, 2.75, 1e-6);
   EXPECT_NEAR(capsule.center.z, 1.75, 1e-6);
 }
 
-TEST(SphereBound, SlackIsOnEveryAxis) { EXPECT_NEAR(fit({{{1, 0, 0}}, {}, 2}).radius, 2 * std::sqrt(3.0), 1e-5); }
+TEST(SphereBound, SlackIsOnEveryAxis) {
+  EXPECT_NEAR(sphere_around({{{1, 0, 0}}, {}, 2}).radius, 2 * std::sqrt(3.0), 1e-5);
+}
 
 TEST(SphereBound, ClipsToTheChord) {
   const BoundingSphere sphere{{0, 0, 10}, 2};
@@ -53,7 +55,7 @@ TEST(SphereBound, CostIsHalfTheSurface) {
 }
 
 TEST(SphereBound, BeyondTheLargestFloatIsEverything) {
-  const BoundingSphere all = fit({{{3e38F, 3e38F, 3e38F}, {-3e38F, -3e38F, -3e38F}}, {}, 0});
+  const BoundingSphere all = sphere_around({{{3e38F, 3e38F, 3e38F}, {-3e38F, -3e38F, -3e38F}}, {}, 0});
   EXPECT_EQ(all.radius, kInfinity);
   const Aabb reach{{-3e38F, -3e38F, -3e38F}, {3e38F, 3e38F, 3e38F}};
   const Interval span = SphereBound().clipper({{0, 0, 0}, {1, 0, 0}}, reach).clip(all);

@@ -19,8 +19,9 @@ const std::string kScene = "sha256:" + std::string(64, 'a');
 TEST(JobEvent, AnOrderIsWhatItsDocumentSays) {
   auto order = std::make_shared<JobOrder>();
   order->document = R"({"scene":")" + kScene +
-                    R"(","image":{"width":7,"height":9},"name":"\u00e9",)"
+                    R"(","image":{"width":7,"height":9},"name":"\u00e9","priority":"high",)"
                     R"("settings":{"samples":3,"seed":18446744073709551615,"aovs":["depth"],"tile_size":"whole"}})";
+  order->need = {kScene + " 8", 5, 6};
   order->warnings = 2;
   order->parsing = 1500us;
   const JobEvent event{std::chrono::system_clock::time_point(1234567ms), 0s, JobEvent::Queued{order}};
@@ -37,6 +38,9 @@ TEST(JobEvent, AnOrderIsWhatItsDocumentSays) {
   EXPECT_EQ(read.settings.seed, 18446744073709551615ULL);
   EXPECT_EQ(read.settings.aovs, std::set<Aov>{Aov::depth});
   EXPECT_EQ(read.settings.tile_size, 9U);
+  EXPECT_EQ(read.need.shared_key, order->need.shared_key);
+  EXPECT_EQ(read.need.shared_bytes, 5U);
+  EXPECT_EQ(read.need.own_bytes, 6U);
   EXPECT_EQ(read.warnings, 2U);
   EXPECT_EQ(read.parsing, order->parsing);
 }

@@ -415,11 +415,11 @@ std::vector<std::string> restore(const Journal& journal, JobTable& table) {
 }
 
 void await(JobTable& table, const std::string& id, JobTable::Until until = JobTable::Until::ended) {
-  struct Told final : JobTable::Waiter {
+  struct Awaiting final : JobTable::Waiter {
     void told() noexcept override { promise.set_value(); }
     std::promise<void> promise;
-  } told;
-  if (table.wait(id, told, until)) told.promise.get_future().get();
+  } awaiting;
+  if (table.wait(id, awaiting, until)) awaiting.promise.get_future().get();
 }
 
 TEST(JournaledJobs, NeedWhatTheyNeededAgain) {

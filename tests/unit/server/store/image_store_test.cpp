@@ -1,6 +1,7 @@
 #include "server/store/image_store.h"
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -95,7 +96,7 @@ void append(Journal& journal, const std::string& job, std::shared_ptr<const std:
   Journal::Append entry{job, "completed", std::chrono::system_clock::now(), nullptr};
   entry.is_awaited = true;
   entry.image = std::move(image);
-  entry.done = [&](const std::optional<proto::Problem>& problem) { is_written.set_value(!problem); };
+  entry.done = [&](const std::optional<proto::Problem>& problem, std::uint64_t) { is_written.set_value(!problem); };
   journal.append(std::move(entry));
   ASSERT_TRUE(is_written.get_future().get());
 }

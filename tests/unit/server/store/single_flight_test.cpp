@@ -143,10 +143,12 @@ TEST(SingleFlight, GoesOnForThoseWhoStillWait) {
   Flights flights(kRoomy);
   InTheMaking first(flights);
   std::promise<int> told;
-  flights.get("a", always(2), [&](const Flights::Answer& answer, bool shared) {
-    EXPECT_TRUE(shared);
-    told.set_value(answer.value.value_or(-1));
-  });
+  flights.get("a", always(2),
+              [&](const Flights::Answer& answer, bool shared) {
+                EXPECT_TRUE(shared);
+                told.set_value(answer.value.value_or(-1));
+              },
+              {});
   first.abandoned.request_stop();
   EXPECT_FALSE(first.gone) << "another one still wants it";
   first.let_go();

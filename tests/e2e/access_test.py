@@ -151,7 +151,9 @@ class KeysTest(FolderTest):
                     self.assertRegex(challenge, '^Bearer realm="tessera"')
                     self.assertEqual("invalid_token" in challenge, "Authorization" in headers)
                     self.assertNotIn(key[20:], reply.body.decode())
-                self.assertNotIn(daemon.request(method, path, headers=bearer(key)).status, (401, 403), (method, path))
+                if path != "/v1/events":  # Which doesn't end.
+                    status = daemon.request(method, path, headers=bearer(key)).status
+                    self.assertNotIn(status, (401, 403), (method, path))
             head = daemon.request("HEAD", "/v1/jobs")
             self.assertEqual((head.status, head.body), (401, b""))
 

@@ -11,7 +11,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from documents import SMALL_JOB, SPHERE, endless_job
+from documents import SMALL_JOB, SPHERE
 
 POST = b"POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
 MIB = 1 << 20
@@ -148,14 +148,15 @@ class MemoryTest(unittest.TestCase):
 class ConnectionsTest(unittest.TestCase):
     def test_more_than_may_be_wait_for_those_at_work(self):
         """And for those that are waited for: a render that doesn't end."""
-        job = json.dumps(endless_job()).encode()
+        light = {"type": "environment", "radiance": [1, 1, 1]}
+        job = json.dumps({"scene": {**SPHERE, "lights": [light]}, "image": {"width": 512, "height": 512}}).encode()
         with Daemon("--max-connections", "3", "--timeout", "60") as daemon:
             held = [connect(daemon) for _ in range(3)]
             for connection in held:
                 connection.sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 self.assertTrue(connection.recv(1000).startswith(b"HTTP/1.1 200 "))
-                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-                                   b"Content-Length: %d\r\n\r\n%b" % (len(job), job))
+                connection.sendall(b"POST /v1/render?samples=100000 HTTP/1.1\r\nHost: localhost\r\n"
+                                   b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n%b" % (len(job), job))
             with connect(daemon) as waiting:
                 waiting.sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
                 self.assertEqual(select.select([waiting, *held], [], [], 1)[0], [])

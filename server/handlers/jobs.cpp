@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <charconv>
+#include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +12,7 @@
 #include "server/config.h"
 #include "server/handlers/handlers.h"
 #include "server/handlers/own.h"
+#include "server/handlers/preference.h"
 #include "server/http/query_errors.h"
 #include "server/jobs/job_submission.h"
 #include "server/jobs/job_table.h"
@@ -51,8 +54,36 @@ proto::Result<std::optional<RetryKey>> read_retry_key(const Request& request) {
   return std::optional(RetryKey{request.who.owner + '\n' + std::string(key), proto::content_hash(request.body)});
 }
 
+/// A job's status as an answer.
+struct Telling {
+  int status;
+  std::string job;
+  std::optional<std::chrono::seconds> wait;  ///< The client prefers to wait so long for the job's end (RFC 7240).
+  bool says_where;
+};
+
+Response tell(Services& services, const Telling& telling) {
+  const auto job = services.jobs.find(telling.job);
+  if (!job) return problem_response(job.problem());
+  Response response = json_text_response(telling.status, status_text(*job));
+  if (telling.says_where) response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
+  if (telling.wait)
+    response.headers.emplace_back("Preference-Applied", "wait=" + std::to_string(telling.wait->count()));
+  return response;
+}
+
+Response tell_in_time(Services& services, const Telling& telling) {
+  const auto job = services.jobs.find(telling.job);
+  if (!job || !telling.wait || proto::has_ended(job->state)) return tell(services, telling);
+  const auto answer = [telling](Services& its_services, Request&) { return tell(its_services, telling); };
+  Response response;
+  response.later =
+      std::make_shared<const Later>(Later{telling.job, JobTimes::Clock::now() + *telling.wait, nullptr, answer});
+  return response;
+}
+
 /// To a request that was sent before, or so it says.
-Response answer_retry(Services& services, const JobTable::Retry& retry) {
+Response answer_retry(Services& services, const Request& request, const JobTable::Retry& retry) {
   using proto::ProblemCode;
   if (retry.is == JobTable::Retry::Is::in_progress)
     return problem_response(
@@ -61,11 +92,7 @@ Response answer_retry(Services& services, const JobTable::Retry& retry) {
     return problem_response({ProblemCode::idempotency_key_reused,
                              "This Idempotency-Key came with another document before; give each job its own.",
                              {}});
-  const auto job = services.jobs.find(retry.job);
-  if (!job) return problem_response(job.problem());
-  Response response = json_text_response(200, status_text(*job));
-  response.headers.emplace_back("Location", "/v1/jobs/" + job->id);
-  return response;
+  return tell_in_time(services, {200, retry.job, read_preference(request).wait, true});
 }
 
 }  // namespace
@@ -75,7 +102,7 @@ Response post_job(Services& services, Request& request) {
   if (!retry) return problem_response(retry.problem());
   JobTable::Retry claim{JobTable::Retry::Is::first};
   if (*retry) claim = services.jobs.claim(**retry);
-  if (claim.is != JobTable::Retry::Is::first) return answer_retry(services, claim);
+  if (claim.is != JobTable::Retry::Is::first) return answer_retry(services, request, claim);
   const OwnFiles own(services, request.who);
   const HeldFiles files(own);
   auto parsed = proto::parse_job(request.body, files, services.config.documents, request.abandoned);
@@ -87,12 +114,10 @@ Response post_job(Services& services, Request& request) {
     return problem_response(*problem);
   const auto started = start_job(services, *job);
   if (!started) return problem_response(started.problem());
-  const auto answer = [id = started->id, written = started->written](Services& its_services, Request&) {
+  const Telling telling{201, started->id, read_preference(request).wait, true};
+  const auto answer = [telling, written = started->written](Services& its_services, Request&) {
     if (const auto& refused = written.get()) return problem_response(*refused);
-    const auto view = its_services.jobs.find(id);
-    Response response = view ? json_text_response(201, status_text(*view)) : problem_response(view.problem());
-    response.headers.emplace_back("Location", "/v1/jobs/" + id);
-    return response;
+    return tell_in_time(its_services, telling);
   };
   Response response;
   response.later =
@@ -131,7 +156,10 @@ Response list_jobs(Services& services, Request& request) {
 
 Response show_job(Services& services, Request& request) {
   const auto job = find_job(services, request);
-  return job ? json_text_response(200, status_text(*job)) : problem_response(job.problem());
+  if (!job) return problem_response(job.problem());
+  const auto wait = read_preference(request).wait;
+  if (!wait) return json_text_response(200, status_text(*job));
+  return tell_in_time(services, {200, job->id, wait, false});
 }
 
 Response cancel_job(Services& services, Request& request) {

@@ -1,4 +1,3 @@
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -13,7 +12,7 @@
 #include "server/handlers/image_choice.h"
 #include "server/handlers/job_draft.h"
 #include "server/handlers/picture.h"
-#include "server/http/http_syntax.h"
+#include "server/handlers/preference.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/known_jobs.h"
 
@@ -27,46 +26,6 @@ using proto::Result;
 namespace {
 
 using Clock = JobTimes::Clock;
-
-/// How long a client wants to wait (RFC 7240).
-struct Preference {
-  bool respond_async = false;
-  std::optional<std::chrono::seconds> wait;
-
-  /// As it is told to have been followed.
-  std::string applied() const {
-    std::string text = respond_async ? "respond-async" : "";
-    if (wait) text += (text.empty() ? "wait=" : ", wait=") + std::to_string(wait->count());
-    return text;
-  }
-  /// Nothing for as long as it takes.
-  std::optional<Clock::time_point> until(Clock::time_point begin) const {
-    if (wait) return begin + *wait;
-    return respond_async ? std::optional(begin) : std::nullopt;
-  }
-};
-
-/// Preferences that aren't known, or make no sense, are passed over, as the RFC has it.
-Preference read_preference(const Request& request) {
-  constexpr unsigned kMostSeconds = 24 * 3600;
-  Preference preference;
-  std::string_view list = request.header("prefer").value_or("");
-  while (!list.empty()) {
-    const std::size_t comma = list.find(',');
-    std::string_view item = list.substr(0, comma);
-    list = comma == std::string_view::npos ? std::string_view{} : list.substr(comma + 1);
-    item = trimmed(item.substr(0, item.find(';')));
-    if (equal_but_for_case(item, "respond-async")) preference.respond_async = true;
-    const std::size_t equals = item.find('=');
-    if (equals == std::string_view::npos || !equal_but_for_case(trimmed(item.substr(0, equals)), "wait")) continue;
-    const std::string_view text = trimmed(item.substr(equals + 1));
-    unsigned seconds = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-    const bool is_good = error == std::errc() && end == text.data() + text.size() && seconds <= kMostSeconds;
-    if (is_good && !preference.wait) preference.wait = std::chrono::seconds(seconds);  // the first one counts
-  }
-  return preference;
-}
 
 /// A job whose image is wanted, and what of it.
 struct Wanted {

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/event_reader.h"
 #include "client/failure.h"
 #include "client/refusal.h"
 
@@ -73,7 +74,28 @@ proto::JobStatus Client::status(const std::string& id) const {
   return status_of(parse(call({.method = "GET", .target = job_path(id)}), "job status"));
 }
 
+std::optional<proto::JobStatus> Client::watch_events(const std::string& id,
+                                                     const std::function<void(const proto::JobStatus&)>& tell) const {
+  std::optional<proto::JobStatus> end;
+  EventReader reader([&](std::string_view type, std::string_view text) {
+    const json data = parse(std::string(text), "event");
+    if (type == "progress") return tell(status_of(data));
+    if (type != "state" || !data.is_object()) return;
+    if (!data.contains("status")) return tell(status(id));
+    end = status_of(data["status"]);
+    tell(*end);
+  });
+  try {
+    exchange(address_, {.method = "GET", .target = job_path(id) + "/events", .key = key_},
+             [&](std::string_view piece) { reader.add(piece); });
+  } catch (const Failure& failure) {
+    if (failure.kind() != Failure::Kind::unreachable) throw;
+  }
+  return end;
+}
+
 proto::JobStatus Client::watch(const std::string& id, const std::function<void(const proto::JobStatus&)>& tell) const {
+  if (auto end = watch_events(id, tell)) return *std::move(end);
   const auto start = std::chrono::steady_clock::now();
   for (;;) {
     proto::JobStatus now = status(id);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,8 +46,8 @@ class Client {
 
   proto::JobStatus status(const std::string& id) const;
 
-  /// Asks for the job's status, often at first, then every half second, until it has ended; tells each answer.
-  /// Returns the last.
+  /// Tells a job's status as it changes, until it has ended; returns the last. Where the server tells no events, or
+  /// breaks off, it is asked, often at first, then every half second.
   proto::JobStatus watch(const std::string& id, const std::function<void(const proto::JobStatus&)>& tell) const;
 
   /// The encoded image.
@@ -73,6 +74,10 @@ class Client {
   nlohmann::json capabilities() const;
 
  private:
+  /// The status at the end, if the server's events came that far.
+  std::optional<proto::JobStatus> watch_events(const std::string& id,
+                                               const std::function<void(const proto::JobStatus&)>& tell) const;
+
   /// The answer's body when its status is a success; the server's problem, thrown, otherwise.
   std::string call(HttpRequest request) const;
 

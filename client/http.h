@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,5 +48,10 @@ struct HttpResponse {
 /// the server asks for it (Expect: 100-continue), so that one it knows or refuses isn't sent for nothing. Throws
 /// `Failure` (unreachable, untrusted, local_file). Safe to call from any number of threads.
 HttpResponse exchange(const ServerAddress& address, HttpRequest request);
+
+/// The same for a request without a body; the body of an answer of status 200 is handed over as it comes, and isn't in
+/// what is returned at its end.
+HttpResponse exchange(const ServerAddress& address, const HttpRequest& request,
+                      const std::function<void(std::string_view)>& on_piece);
 
 }  // namespace tessera::client

@@ -4,11 +4,19 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "server/rfc3339.h"
 
 namespace tessera::server {
 namespace {
+
+/// As long as there is no image, however little is left.
+constexpr double kMostBeforeTheImage = 0.99;
+
+/// The part by which the time that is left is more or less than the speed so far makes it, four times in five
+/// (tests/bench eta), and the seconds that the end takes by itself.
+constexpr double kSpeedVaries = 0.25, kToFinish = 0.05;
 
 constexpr std::array kRays{&RayCounts::camera,        &RayCounts::camera_hits, &RayCounts::reflection,
                            &RayCounts::refraction,    &RayCounts::shadow,      &RayCounts::scattered,
@@ -31,6 +39,12 @@ std::optional<double> seconds_until(double samples, const JobView& job, JobTimes
   const double left = spent * std::max(0.0, samples * traced / done - 1);
   const auto& limit = job.order->settings.seconds;
   return limit ? std::min(left, std::max(0.0, *limit - spent)) : left;
+}
+
+/// Between which bounds the time lies that is left, if the speed stayed what it was. It doesn't quite: some parts of
+/// the image cost more than others, other jobs come and go, and in the end the image is written.
+proto::Range eta_range(double low, double high) {
+  return {low * (1 - kSpeedVaries), high * (1 + kSpeedVaries) + kToFinish};
 }
 
 std::string_view name(EndedBy by) {
@@ -57,10 +71,11 @@ void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::Job
   const double high = std::max(done, has_begun ? static_cast<double>(passes.high_total) : most);
   const double middle = std::sqrt(low * high);
   status.passes = passes.passes;
-  status.progress = done / middle;
-  status.progress_range = {done / high, done / low};
+  const bool is_complete = job.state == proto::JobState::completed;
+  status.progress = is_complete ? 1 : job.progress->furthest(std::min(done / middle, kMostBeforeTheImage));
+  status.progress_range = {std::min(done / high, status.progress), std::max(done / low, status.progress)};
   status.eta = seconds_until(middle, job, now);
-  if (status.eta) status.eta_range = proto::Range{*seconds_until(low, job, now), *seconds_until(high, job, now)};
+  if (status.eta) status.eta_range = eta_range(*seconds_until(low, job, now), *seconds_until(high, job, now));
   if (passes.ended_by) status.ended_by = name(*passes.ended_by);
   if (passes.error) status.achieved = proto::Achieved{passes.error->error, {passes.error->low, passes.error->high}};
   status.samples_per_pixel = {passes.least, static_cast<double>(passes.samples) / pixels, passes.most};
@@ -83,6 +98,25 @@ void Progress::add(const Done& done, const Done& before) {
   samples_ += done.samples - before.samples;
 }
 
+void Progress::add_tile(PixelRect where) {
+  const std::lock_guard lock(passes_mutex_);
+  recent_.push_back(where);
+  if (recent_.size() > kRecentTiles) recent_.pop_front();
+  tiles_.fetch_add(1, std::memory_order_release);
+}
+
+void Progress::complete_tiles(std::uint64_t all) {
+  const std::lock_guard lock(passes_mutex_);
+  recent_.clear();
+  tiles_.store(all, std::memory_order_release);
+}
+
+std::vector<PixelRect> Progress::recent_tiles(std::uint64_t& told) const {
+  const std::lock_guard lock(passes_mutex_);
+  const std::uint64_t all = tiles_, more = all - std::min(std::exchange(told, all), all);
+  return {recent_.end() - static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(more, recent_.size())), recent_.end()};
+}
+
 RayCounts Progress::rays() const {
   RayCounts counts;
   for (std::size_t i = 0; i < rays_.size(); ++i) counts.*kRays[i] = rays_[i];
@@ -97,6 +131,12 @@ TestCounts Progress::tests() const {
   counts.object_hits = object_hits_;
   counts.false_hits = false_hits_;
   return counts;
+}
+
+double Progress::furthest(double part) const {
+  double before = furthest_;
+  while (before < part && !furthest_.compare_exchange_weak(before, part)) continue;
+  return std::max(before, part);
 }
 
 void Progress::set_passes(const PassReport& passes) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,6 +14,7 @@
 
 #include "core/accel/object_marks.h"
 #include "core/accel/test_counts.h"
+#include "core/bounds/pixel_rect.h"
 #include "core/film/passes.h"
 #include "core/integrator/ray_counts.h"
 #include "core/plan/plan.h"
@@ -54,9 +56,13 @@ class Progress {
   /// Adds what has been done, but for what had been done `before`.
   void add(const Done& done, const Done& before);
   /// When the tile has all of its samples and all of that has been added.
-  void add_tile() { tiles_.fetch_add(1, std::memory_order_release); }
+  void add_tile(PixelRect where);
   /// When no tile will have more.
-  void complete_tiles(std::uint64_t all) { tiles_.store(all, std::memory_order_release); }
+  void complete_tiles(std::uint64_t all);
+  /// Where tiles are that have all of their samples: those after the first `told`, but the last `kRecentTiles` at most,
+  /// and none of them once all are complete. `told` becomes how many there are.
+  std::vector<PixelRect> recent_tiles(std::uint64_t& told) const;
+  static constexpr std::size_t kRecentTiles = 64;
 
   /// Exact once the job is completed; while it runs, the figures may be of different moments.
   RayCounts rays() const;
@@ -76,6 +82,10 @@ class Progress {
   void add_core_seconds(const CoreSeconds& more);
   CoreSeconds core_seconds() const;
 
+  /// The greatest part of the work of which this was ever told that it is done: what is left may turn out to be more
+  /// than it seemed, but nobody is to see progress go back.
+  double furthest(double part) const;
+
   /// All of that.
   JobFigures figures() const {
     return {rays(), tests(), samples(), tiles(), broken_textures(), passes(), core_seconds()};
@@ -85,9 +95,11 @@ class Progress {
   std::array<std::atomic<std::uint64_t>, sizeof(RayCounts) / sizeof(std::uint64_t)> rays_{};  ///< Member by member.
   std::atomic<std::uint64_t> samples_{0}, tiles_{0}, broken_textures_{0};
   std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
+  mutable std::atomic<double> furthest_{0};
   mutable std::mutex passes_mutex_;
-  CoreSeconds cores_;  ///< Guarded by it,
-  PassReport passes_;  ///< as are these.
+  CoreSeconds cores_;             ///< Guarded by it,
+  PassReport passes_;             ///< as are these:
+  std::deque<PixelRect> recent_;  ///< The last of the tiles that have all of their samples.
 };
 
 /// What a plan came to: kept when the plan itself, with its tiles, is gone.

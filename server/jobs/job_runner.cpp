@@ -268,7 +268,7 @@ std::vector<bool> JobRunner::go_on(Run& run) {
     run.passes->store(tile->sums);
     if (!stored->is_done[i]) continue;
     progress.add(tile->done, {});
-    if (run.passes->is_last_of(tile->pixels.rect)) progress.add_tile();
+    if (run.passes->is_last_of(tile->pixels.rect)) progress.add_tile(tile->pixels.rect);
   }
   spdlog::info("job {}: goes on in pass {}", run.job.id, stored->pass + 1);
   return std::move(stored->is_done);
@@ -347,7 +347,7 @@ void JobRunner::store(const std::shared_ptr<Run>& run, const OpenTile& done) {
   if (is_worth_logging(*run))
     run->log->add(done.index, result.pixels, result.sums,
                   {result.rays, result.tests, run->passes->current().samples_in(rect)});
-  if (run->passes->is_last_of(rect)) run->job.progress->add_tile();
+  if (run->passes->is_last_of(rect)) run->job.progress->add_tile(rect);
   if (--run->tiles_left == 0) end_pass(run);
 }
 

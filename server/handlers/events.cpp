@@ -7,12 +7,14 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "server/handlers/handlers.h"
 #include "server/handlers/own.h"
 #include "server/http/key_ring.h"
+#include "server/http/session.h"
 #include "server/http/stream.h"
 #include "server/jobs/job_table.h"
 #include "server/rfc3339.h"
@@ -90,6 +92,16 @@ std::string pass_event(const JobView& job, Clock::time_point now) {
   return event_text("pass", data);
 }
 
+/// Tiles have all of their samples: the last of them, as x, y, width and height, and how many there are by now.
+std::string tiles_event(const JobView& job, const std::vector<PixelRect>& tiles, std::uint64_t all) {
+  json rects = json::array();
+  for (const PixelRect& rect : tiles) rects.push_back({rect.x0, rect.y0, rect.width(), rect.height()});
+  return event_text("tiles", {{"job", job.id},
+                              {"tiles", std::move(rects)},
+                              {"tiles_done", all},
+                              {"image", "/v1/jobs/" + job.id + "/image?partial=1"}});
+}
+
 /// Who watches, for as long as the key is good that was shown at the beginning.
 class Witness {
  public:
@@ -159,6 +171,8 @@ class JobEvents final : public Stream {
       next_progress_ = now + kBetweenProgress;
       const std::uint32_t passes = job.progress->passes().passes;
       const std::uint64_t samples = job.progress->samples();
+      if (const auto recent = job.progress->recent_tiles(tiles_told_); !recent.empty())
+        piece.text += tiles_event(job, recent, tiles_told_);
       if (passes > passes_told_) piece.text += pass_event(job, now);
       if (samples != samples_told_) piece.text += progress_event(job, now);
       passes_told_ = passes;
@@ -173,7 +187,7 @@ class JobEvents final : public Stream {
   std::string greeting_ = std::string(kRetry) + '\n';
   EventId told_;
   std::uint32_t passes_told_ = 0;
-  std::uint64_t samples_told_ = 0;
+  std::uint64_t samples_told_ = 0, tiles_told_ = 0;
   Clock::time_point next_progress_;
 };
 
@@ -241,6 +255,15 @@ std::optional<EventId> told_before(const EventFeed& feed, const Request& request
   return id && *id <= feed.last() ? id : std::nullopt;
 }
 
+/// Streams stay for as long as they like, and others have to get in beside them.
+std::optional<proto::Problem> refuse_watcher(const Services& services) {
+  const Connections* const connections = services.connections;
+  if (!connections || connections->streams < std::max(services.most_connections / 2, 1u)) return std::nullopt;
+  return proto::Problem{proto::ProblemCode::out_of_memory_budget,
+                        "Half of the connections that there may be watch jobs already (--max-connections).",
+                        {}};
+}
+
 Response event_stream(std::shared_ptr<Stream> stream) {
   Response response{200, {{"Content-Type", "text/event-stream"}, {"Cache-Control", "no-store"}}, ""};
   response.headers.emplace_back("X-Accel-Buffering", "no");  // Of nginx, which gathers answers otherwise.
@@ -257,6 +280,7 @@ Response watch_job(Services& services, Request& request) {
   const EventId told = told_before(feed, request).value_or(EventId{});
   const auto end = feed.steps_of(job->id)[static_cast<std::size_t>(JobStep::ended)];
   if (end && *end <= told) return {204, {}, ""};  // So that the client doesn't come again.
+  if (const auto problem = refuse_watcher(services)) return problem_response(*problem);
   return event_stream(std::make_shared<JobEvents>(services, request, told));
 }
 

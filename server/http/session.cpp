@@ -524,6 +524,7 @@ class Session {
 
   /// Writes what there is, as it comes, until there is no more, the client has gone, or the server stops.
   Task<bool> stream(Stream& from, bool is_chunked) {
+    const Counted streams(connections_.streams);
     keep_little_unsent();
     ToldOfMore told(loop_, channel_);
     bool went_well = false;

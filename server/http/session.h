@@ -21,6 +21,7 @@ struct Connections {
   const TlsContext* tls = nullptr;             ///< Where connections speak TLS.
   std::atomic<std::uint32_t> open{0};          ///< Connections that there are.
   std::atomic<int> requests_active{0};         ///< Header read, response not written yet.
+  std::atomic<std::uint32_t> streams{0};       ///< Connections that stream.
   std::atomic<std::uint64_t> body_bytes{0};    ///< Of bodies that connections hold in memory.
   std::atomic<std::uint64_t> answer_bytes{0};  ///< Of encoded images that are being sent.
 };

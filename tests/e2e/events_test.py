@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from daemon import SOURCE, Daemon, bearer, make_key
+from daemon import ENDED, SOURCE, Daemon, Reply, bearer, make_key
 from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE
 from schema import faults
 
@@ -129,6 +129,15 @@ class EventsTest(unittest.TestCase):
 
             begun = events.index(states[2])
             told = [event for event in events if event.kind == "progress"]
+            parts = [event.data["progress"] for event in told]
+            self.assertEqual(parts, sorted(parts), "it doesn't go back")
+            self.assertLess(parts[-1], 1, "there is no image yet")
+            for event in told:
+                if "eta_range" in event.data:
+                    low, high = event.data["eta_range"]
+                    self.assertLess(low, high)
+                    self.assertLessEqual(low, event.data["eta"])
+                    self.assertLessEqual(event.data["eta"], high)
             self.assertGreaterEqual(len(told), 2)
             self.assertTrue(all(events.index(event) > begun for event in told))
             self.assertEqual({event.id for event in told}, {states[2].id}, "progress has no id of its own")
@@ -141,10 +150,29 @@ class EventsTest(unittest.TestCase):
             self.assertEqual(counts, sorted(set(counts)))
             with open(os.path.join(SOURCE, "proto", "openapi.json"), encoding="utf-8") as file:
                 document = json.load(file)
-            schemas = {"state": "JobEvent", "progress": "Job", "pass": "PassEvent"}
+            schemas = {"state": "JobEvent", "progress": "Job", "pass": "PassEvent", "tiles": "TilesEvent"}
             for event in events:
                 schema = document["components"]["schemas"][schemas[event.kind]]
                 self.assertEqual(faults(document, schema, event.data, event.kind), [])
+
+    def test_finished_tiles(self):
+        with Daemon("--threads", "1") as daemon:
+            side, tile = 1024, 16
+            image = {"width": side, "height": side}
+            job = daemon.submit({"scene": SPHERE, "image": image, "settings": {"samples": 8, "tile_size": tile}})
+            with Watcher(daemon, events_of(job)) as watcher:
+                told = [event for event in watcher if event.kind == "tiles"]
+            self.assertGreaterEqual(len(told), 1)
+            seen = []
+            for event in told:
+                self.assertLessEqual(len(event.data["tiles"]), 64)
+                for x, y, width, height in event.data["tiles"]:
+                    self.assertEqual((x % tile, y % tile, width, height), (0, 0, tile, tile))
+                    seen.append((x, y))
+            self.assertEqual(len(seen), len(set(seen)), "each is told once")
+            done = [event.data["tiles_done"] for event in told]
+            self.assertEqual(done, sorted(set(done)))
+            self.assertLessEqual(done[-1], (side // tile) ** 2)
 
     def test_who_comes_again_goes_on_from_there(self):
         with Daemon() as daemon:
@@ -378,6 +406,42 @@ class EventsTest(unittest.TestCase):
                 self.assertEqual(watcher.states(), ["completed"])
             self.assertEqual(daemon.stop(), 0)
 
+    def test_prefer_wait(self):
+        with Daemon() as daemon:
+            wait = {"Prefer": "wait=60"}
+            reply = daemon.request("POST", "/v1/jobs", SMALL_JOB, wait)
+            self.assertEqual((reply.status, reply.json()["state"]), (201, "completed"))
+            self.assertEqual(reply.headers["Preference-Applied"], "wait=60")
+            self.assertEqual(reply.headers["Location"], f"/v1/jobs/{reply.json()['id']}")
+            key = {"Idempotency-Key": '"1"', **wait}
+            job = daemon.request("POST", "/v1/jobs", SMALL_JOB, key).json()["id"]
+            again = daemon.request("POST", "/v1/jobs", SMALL_JOB, key)
+            self.assertEqual((again.status, again.json()["id"], again.json()["state"]), (200, job, "completed"))
+
+            endless = daemon.submit(ENDLESS_PIXEL)
+            for seconds in (0, 1):
+                begun = time.monotonic()
+                reply = daemon.request("GET", f"/v1/jobs/{endless}", headers={"Prefer": f"respond-async, wait={seconds}"})
+                self.assertEqual((reply.status, reply.headers["Preference-Applied"]), (200, f"wait={seconds}"))
+                self.assertNotIn(reply.json()["state"], ENDED)
+                self.assertGreaterEqual(time.monotonic() - begun, seconds)
+            for nonsense in ("wait=x", "wait=-1", "wait", "wait=99999999", "other=1"):
+                reply = daemon.request("GET", f"/v1/jobs/{endless}", headers={"Prefer": nonsense})
+                self.assertNotIn("Preference-Applied", reply.headers, nonsense)
+            with contextlib.closing(daemon.connect()) as waiting:
+                waiting.request("GET", f"/v1/jobs/{endless}", headers=wait)
+                daemon.request("POST", f"/v1/jobs/{endless}/cancel")
+                self.assertEqual(Reply(waiting.getresponse()).json()["state"], "canceled")
+            # Not longer than there is a daemon.
+            endless = daemon.submit(ENDLESS_PIXEL)
+            with contextlib.closing(daemon.connect()) as waiting:
+                waiting.request("GET", f"/v1/jobs/{endless}", headers=wait)
+                while requests_active(daemon) < 2:  # The other one is this one.
+                    time.sleep(0.005)
+                daemon.terminate()
+                self.assertEqual(Reply(waiting.getresponse()).status, 200)
+            self.assertEqual(daemon.stop(), 0)
+
     def test_owners(self):
         with tempfile.TemporaryDirectory() as data_dir:
             one = bearer(make_key(data_dir, owner="one"))
@@ -427,6 +491,12 @@ def connections(daemon):
     """How many there are, this one included."""
     metrics = daemon.request("GET", "/metrics").body.decode()
     return int(re.search(r"^tessera_http_connections (\d+)$", metrics, re.MULTILINE)[1])
+
+
+def requests_active(daemon):
+    """How many are being answered, this one included."""
+    metrics = daemon.request("GET", "/metrics").body.decode()
+    return int(re.search(r"^tessera_http_requests_active (\d+)$", metrics, re.MULTILINE)[1])
 
 
 def resident(daemon):

@@ -253,7 +253,15 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=gone)
 
     def exercise_events(self):
-        """One stream ends with its job, the other with the daemon."""
+        """One stream ends with its job, the others with the daemon."""
+        with Daemon("--max-connections", "2") as daemon:
+            job = daemon.submit(ENDLESS_PIXEL)
+            first = daemon.connect()
+            first.request("GET", "/v1/events")
+            first.getresponse().read(1)
+            self.ask(daemon, 503, "get", "/v1/events")
+            self.ask(daemon, 503, "get", "/v1/jobs/{id}/events", id=job)
+            first.close()
         with Daemon() as daemon:
             job = daemon.submit(SMALL_JOB)
             stream = self.ask(daemon, 200, "get", "/v1/jobs/{id}/events", id=job)

@@ -18,13 +18,14 @@ from support.bench_report import Report, print_table  # noqa: E402
 
 ASKED = 0.8
 PAUSE = 0.1
+STUDIO = [{"type": "environment", "preset": "studio"}]
 LIGHTS = [{"type": "ambient", "radiance": [0.3, 0.3, 0.3]}, {"type": "point", "position": [5, 5, 9], "intensity": [300, 300, 300]}]
 
 
-def spheres(count, spread):
+def spheres(count, spread, lights=LIGHTS):
     """A row of them at the bottom of an image whose rest is empty."""
     objects = [{"type": "sphere", "center": [spread * (i % 8 - 3.5), spread * (i // 8 - 4), 0], "radius": 1} for i in range(count)]
-    return {"lights": LIGHTS, "objects": objects}
+    return {"lights": lights, "objects": objects}
 
 
 def job(scene, side, **settings):
@@ -34,13 +35,14 @@ def job(scene, side, **settings):
 def jobs(is_quick):
     """By kind. They take a few seconds each."""
     even, uneven = spheres(64, 2), spheres(8, 2)
+    lit = [spheres(count, 2, STUDIO) for count in (64, 8)]
     kinds = {
         "samples": [job(scene, 300, samples=samples) for scene in (even, uneven) for samples in (300, 1000)],
         "one pass": [job(scene, side, samples=1) for scene in (even, uneven) for side in (2500, 3500)],
-        "path": [job(scene, 200, samples=samples, integrator="path") for scene in (even, uneven) for samples in (100, 300)],
-        "error": [job(scene, 200, integrator="path", until={"error": e, "samples": 4000}) for scene in (even, uneven) for e in (0.02, 0.01)],
-        "seconds": [job(scene, 200, integrator="path", until={"seconds": s}) for scene in (even, uneven) for s in (3, 6)],
-        "error or seconds": [job(scene, 200, integrator="path", until={"error": 0.01, "seconds": s}) for scene in (even, uneven) for s in (3, 6)],
+        "path": [job(scene, 200, samples=samples, integrator="path") for scene in lit for samples in (100, 300)],
+        "error": [job(scene, 200, integrator="path", until={"error": e, "samples": 4000}) for scene in lit for e in (0.02, 0.01)],
+        "seconds": [job(scene, 200, integrator="path", until={"seconds": s}) for scene in lit for s in (3, 6)],
+        "error or seconds": [job(scene, 200, integrator="path", until={"error": 0.01, "seconds": s}) for scene in lit for s in (3, 6)],
     }
     return {kind: documents[::3] if is_quick else documents for kind, documents in kinds.items()}
 

@@ -1,5 +1,6 @@
 #include "server/http/event_loop.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <system_error>
@@ -49,7 +50,8 @@ void EventLoop::run() noexcept {
     }
     end_given_up();
     if (was_woken) deliver_messages();  // After the events: what is told here may end channels that events were for.
-    if (Channel::Clock::now() - looked_ >= kTick) resume_expired();
+    const auto now = Channel::Clock::now();
+    if (now >= earliest_ && now - looked_ >= kTick) resume_expired();
   }
 }
 
@@ -104,8 +106,10 @@ void EventLoop::deliver_messages() noexcept {
 
 void EventLoop::resume_expired() noexcept {
   looked_ = Channel::Clock::now();
+  earliest_ = Channel::Clock::time_point::max();
   for (Channel* channel = channels_; channel;) {
     Channel& at_hand = *std::exchange(channel, channel->next_);
+    earliest_ = std::min(earliest_, at_hand.deadline_);  // One that has passed counts until there is another.
     if (at_hand.deadline_ <= looked_) at_hand.resume(true);
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <coroutine>
@@ -52,10 +53,12 @@ class EventLoop {
   FileDescriptor epoll_, wake_;
   std::atomic<bool> stopped_{false};
   std::chrono::steady_clock::time_point looked_;  ///< At what has expired.
-  Channel* channels_ = nullptr;                   ///< All of them: a list through `next_`.
-  Channel* given_up_ = nullptr;                   ///< To be ended after the events at hand, which may be for it.
-  std::mutex mutex_;                              ///< Guards what follows.
-  Message* messages_ = nullptr;                   ///< The newest first.
+  /// Nothing expires before: so that thousands of connections that wait aren't looked at all the time.
+  std::chrono::steady_clock::time_point earliest_ = std::chrono::steady_clock::time_point::max();
+  Channel* channels_ = nullptr;  ///< All of them: a list through `next_`.
+  Channel* given_up_ = nullptr;  ///< To be ended after the events at hand, which may be for it.
+  std::mutex mutex_;             ///< Guards what follows.
+  Message* messages_ = nullptr;  ///< The newest first.
 };
 
 /// A socket that a loop watches, and the one coroutine that works on it. Belongs to the loop's thread.
@@ -74,7 +77,10 @@ class Channel {
 
   /// When waiting ends without anything having happened.
   void expires_after(Clock::duration time) { expires_at(Clock::now() + time); }
-  void expires_at(Clock::time_point time) { deadline_ = time; }
+  void expires_at(Clock::time_point time) {
+    deadline_ = time;
+    loop_.earliest_ = std::min(loop_.earliest_, time);
+  }
   void never_expires() { expires_at(Clock::time_point::max()); }
 
   /// `co_await channel.change()` waits until the socket may have become readable or writable, or a message comes;
@@ -88,7 +94,7 @@ class Channel {
   Change change() { return {*this}; }
 
   /// To be called when the peer has got on with what it sends or reads, or has nothing to get on with.
-  void got_on() { got_on_ = Clock::now(); }
+  void got_on(Clock::time_point when = Clock::now()) { got_on_ = when; }
   /// The same wait as for `change`, for nothing but the peer: others may need the room more (`EventLoop::make_room`).
   struct PeerChange : Change {
     void await_suspend(std::coroutine_handle<> waiting) const noexcept {

@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kPlenty = 1 << 30;
+constexpr std::uint64_t kPlentyOfBytes = 1 << 30;
 
 /// A picture of one row, whose alpha isn't multiplied into it, in a file of that kind.
 template <typename T>
@@ -29,14 +29,14 @@ ImageFile file_of(const char* name, OIIO::TypeDesc type, int channels, const std
   return std::make_shared<const std::vector<std::byte>>(std::move(file));
 }
 
-std::shared_ptr<const TextureImage> opened(ImageFile file, std::uint64_t most_bytes = kPlenty) {
+std::shared_ptr<const TextureImage> opened(ImageFile file, std::uint64_t most_bytes = kPlentyOfBytes) {
   auto read = open_texture(std::move(file), most_bytes);
   if (const auto* why = std::get_if<std::string>(&read)) ADD_FAILURE() << *why;
   auto* image = std::get_if<std::shared_ptr<const TextureImage>>(&read);
   return image ? *image : nullptr;
 }
 
-std::string refusal(ImageFile file, std::uint64_t most_bytes = kPlenty) {
+std::string refusal(ImageFile file, std::uint64_t most_bytes = kPlentyOfBytes) {
   auto read = open_texture(std::move(file), most_bytes);
   const auto* why = std::get_if<std::string>(&read);
   return why ? *why : "";

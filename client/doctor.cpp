@@ -96,6 +96,10 @@ std::string figures_of(const std::string& check, const json& told) {
   if (check == "queue")
     return counted(number_of(told, "unfinished_jobs"), "jobs haven't ended; ") +
            counted(number_of(told, "limit_jobs"), "are the most");
+  if (check == "isolation")
+    return std::string("files are read in processes of their own, ") +
+           (told.value("filters_system_calls", false) ? "whose system calls are filtered"
+                                                      : "whose system calls the system can't filter");
   return "ready";
 }
 
@@ -103,6 +107,7 @@ std::string advice_for(const std::string& check) {
   if (check == "disk") return "free space on the server's disk, or see to its --data-dir";
   if (check == "memory") return "wait for jobs to end, or raise --max-film-memory";
   if (check == "queue") return "wait for jobs to end, or raise --max-jobs";
+  if (check == "isolation") return "start the server again";
   return "see the server's log";
 }
 

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/import/environment.h"
 namespace tessera::proto {
 namespace {
 
@@ -153,6 +152,7 @@ class Companions {
 void throw_if_ours(const Problem& problem) {
   if (problem.code == ProblemCode::out_of_memory_budget) throw std::bad_alloc();
   if (problem.code == ProblemCode::internal_error) throw std::runtime_error(problem.detail);
+  if (problem.code != ProblemCode::invalid_document) throw NoFaultOfTheDocument{problem};
 }
 
 /// Whether a file is still what was found. A file that can't be read any more isn't.
@@ -215,7 +215,7 @@ bool FileLoader::find_environment(JsonFields& fields, std::shared_ptr<const Envi
   const JsonCursor& where = path ? *path : *blob;
   const auto found = find_file(path, blob, files_, stop_);
   if (!found) return true;
-  const auto imported = import_environment(found->file.path, found->name, builder_.bytes_left(), stop_);
+  const auto imported = files_.reader().environment(found->file.path, found->name, builder_.bytes_left(), stop_);
   if (path && !is_unchanged(found->file, stop_)) {
     where.error(kChanged);
   } else if (!imported) {
@@ -249,7 +249,7 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
   if (!reference.companions) assets.push_back(reference.file);
   std::optional<Companions> companions;
   if (reference.companions) companions.emplace(*reference.companions);
-  const auto companion = [&](std::string_view name) -> std::optional<std::filesystem::path> {
+  const auto companion = [&](std::string_view name) -> std::optional<InputFile> {
     if (companions) {
       const auto given = companions->find(std::string(name));
       if (given == reference.companions->end()) return std::nullopt;
@@ -263,8 +263,8 @@ std::optional<LoadedFile> FileLoader::import(const FileReference& reference) {
     loaded.identity.companions.emplace(name, sibling->hash);
     return sibling->path;
   };
-  Result<Imported> imported = import_file(reference.file.path, reference.format, reference.name, companion, stop_,
-                                          reference.options, builder_.bytes_left());
+  Result<Imported> imported = files_.reader().import(reference.file.path, reference.format, reference.name, companion,
+                                                     stop_, reference.options, builder_.bytes_left());
   if (!std::ranges::all_of(assets, [&](const SourceFile& file) { return is_unchanged(file, stop_); })) {
     reference.where.error(kChanged);
     return std::nullopt;

@@ -25,6 +25,11 @@ struct FileReference {
   std::optional<std::map<std::string, SourceFile>> companions;  ///< Given with a blob; a path has its siblings.
 };
 
+/// Thrown for what keeps files from being read, and is answered as it is.
+struct NoFaultOfTheDocument {
+  Problem problem;
+};
+
 /// A file whose shapes and materials are in the scene.
 struct LoadedFile {
   FileIdentity identity;

@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <string_view>
 
+#include "proto/asset_reader.h"
 #include "proto/wire/result.h"
 #include "proto/wire/sha256.h"
 
@@ -31,6 +32,9 @@ class FileSource {
   /// (also by symbolic links), and anything that isn't a regular file. Hashes it, which takes its time: a stop ends
   /// that, with any problem.
   virtual Result<SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const = 0;
+
+  /// What reads the files that are found. Lives as long as this.
+  virtual const AssetReader& reader() const = 0;
 };
 
 }  // namespace tessera::proto

@@ -11,7 +11,7 @@
 namespace tessera::proto {
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr std::string_view kMarkOfUtf8 = "\xEF\xBB\xBF";
 
 Problem malformed(std::string_view bytes, std::size_t offset, const std::string& why) {
   offset = std::min(offset, bytes.size());
@@ -208,7 +208,7 @@ Result<JsonDocument> JsonDocument::parse(std::string_view bytes, std::uint32_t m
     return Problem{ProblemCode::payload_too_large, "The document is larger than 4 GiB; put big meshes into files.", {}};
   }
   // Two leniencies of the library: it skips a byte order mark, and takes a NUL for the end.
-  if (bytes.starts_with(kByteOrderMark)) return malformed(bytes, 0, "a byte order mark. Save the text without it.");
+  if (bytes.starts_with(kMarkOfUtf8)) return malformed(bytes, 0, "a byte order mark. Save the text without it.");
   if (const auto nul = bytes.find('\0'); nul != std::string_view::npos) {
     return malformed(bytes, nul, "a NUL byte. JSON is UTF-8 text; write NUL in a string as \\u0000.");
   }

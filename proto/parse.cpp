@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "proto/file_loader.h"
 #include "proto/job_parser.h"
 #include "proto/json_cursor.h"
 #include "proto/json_document.h"
@@ -26,6 +27,8 @@ Result<T> parse(std::string_view bytes, std::string_view what, const FileSource&
   return *std::move(value);
 } catch (const Abandoned&) {
   throw;
+} catch (NoFaultOfTheDocument& fault) {
+  return std::move(fault.problem);
 } catch (const std::system_error&) {  // The files' own, not the document's.
   throw;
 } catch (const std::bad_alloc&) {

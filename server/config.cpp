@@ -163,6 +163,9 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   size("--max-structure-dir", config.max_structure_dir, "Hierarchies in that folder together; the longest unused go")
       ->check(kAtLeast1);
   size("--min-free-disk", config.min_free_disk, "With less on the disk of --data-dir, /readyz says so");
+  flag("--max-parse-seconds", config.max_parse_seconds,
+       "A file that a scene names, or an image in it, may take so long to be read")
+      ->check(CLI::Range(1U, 86400U));
   flag("--drain-seconds", config.drain_seconds, "How long jobs may go on after SIGTERM; a second one ends them at once")
       ->check(CLI::Range(0U, 86400U));
   size(

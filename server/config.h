@@ -52,6 +52,7 @@ struct Config {
   proto::Limits documents;
 
   std::uint64_t min_free_disk = 256ULL << 20;  ///< With less the server isn't ready.
+  std::uint32_t max_parse_seconds = 120;       ///< For a file that a scene names, or an image in it.
   unsigned drain_seconds = 25;                 ///< How long jobs may go on after SIGTERM.
 
   bool drake = false;        ///< Serve POST /render as Drake's glTF render clients want it,

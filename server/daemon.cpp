@@ -25,11 +25,16 @@
 
 #include "core/accel/wide/wide_accel.h"
 #include "core/accel/wide/wide_build.h"
+#include "core/io/read_texture.h"
 #include "core/math/float_environment.h"
 #include "server/http/http_syntax.h"
 #include "server/http/key_ring.h"
 #include "server/http/listener.h"
 #include "server/http/tls_context.h"
+#include "server/isolation/confinement.h"
+#include "server/isolation/isolated_reader.h"
+#include "server/isolation/isolation.h"
+#include "server/isolation/read_requests.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_starter.h"
 #include "server/jobs/job_submission.h"
@@ -100,12 +105,13 @@ Upkeep::Limits retention(const Config& config) {
 
 /// Everything behind the sockets, wired together.
 struct Backend {
-  explicit Backend(const Config& config)
-      : folder(config.data_dir),
+  Backend(const Config& config, const Isolation& isolation)
+      : reader(isolation, config.max_parse_seconds),
+        folder(config.data_dir),
         keys(config.data_dir, config.require_keys),
         tls(tls_context(config)),
         owners(folder.owners()),
-        blobs(folder.blobs(), folder.set_aside(), config.asset_root),
+        blobs(folder.blobs(), folder.set_aside(), config.asset_root, reader),
         scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, config.scene_cache),
         wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
@@ -120,8 +126,8 @@ struct Backend {
         scheduler(config.threads),
         writers(kWriters),
         runner(scheduler, structures, jobs, std::chrono::steady_clock::now, JobFiles{films, folder.tiles(), writers}),
-        services{config, keys,   owners, quotas,  blobs,     scenes,     jobs,    known_jobs,
-                 images, runner, ledger, starter, scheduler, structures, journal, films},
+        services{config, keys,   owners,  quotas,    blobs,      scenes,  jobs,  known_jobs, images,
+                 runner, ledger, starter, scheduler, structures, journal, films, isolation},
         upkeep(blobs, scenes, retention(config)) {
     remove_what_nobody_needs();
     ledger.when_freed([this] { starter.look(); });
@@ -143,6 +149,7 @@ struct Backend {
       if (state_of(entry.path()) != proto::JobState::queued) std::filesystem::remove_all(entry.path());
   }
 
+  IsolatedReader reader;
   DataFolder folder;
   KeyRing keys;
   std::optional<TlsContext> tls;
@@ -331,11 +338,14 @@ void expect_keys_beyond_loopback(const Config& config, const KeyRing& keys, cons
                            "--insecure-no-keys.");
 }
 
-void serve_until_signal(const Config& config, const ReadConfig& read_again, const sigset_t& signals, Log& log) {
+void serve_until_signal(const Config& config, const ReadConfig& read_again, const sigset_t& signals, Log& log,
+                        const Isolation& isolation) {
   MemoryReserve::refill();
   const ServiceManager manager;
   Operation operation(signals, read_again, log, manager);
-  Backend backend(config);
+  if (!can_filter_system_calls())
+    spdlog::warn("the system doesn't filter system calls (seccomp): processes that read files are less confined");
+  Backend backend(config, isolation);
   operation.apply(config, backend);
   Lane quick(kQuickThreads), slow(kSlowThreads);
   Connections connections{backend.services, quick, slow, backend.tls ? &*backend.tls : nullptr};
@@ -379,9 +389,10 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
 
 int run_daemon(const Config& config, const ReadConfig& read_again) {
   const sigset_t signals = hold_signals();
+  const Isolation isolation(read_in_worker, load_image_library);  // While there is no other thread.
   Log log(log_settings(config));
   try {
-    serve_until_signal(config, read_again, signals, log);
+    serve_until_signal(config, read_again, signals, log, isolation);
     return 0;
   } catch (const std::exception& error) {
     spdlog::critical("{}", error.what());

@@ -33,7 +33,7 @@ int scrub(const Config& config, std::ostream& out, std::ostream& errors) {
     for (const std::filesystem::path& needed : {config.data_dir, config.structure_dir.value_or(config.data_dir)})
       if (!std::filesystem::is_directory(needed)) throw std::runtime_error("there is no folder " + needed.string());
     const DataFolder folder(config.data_dir);
-    BlobStore blobs(folder.blobs(), folder.set_aside(), std::nullopt);
+    BlobStore blobs(folder.blobs(), folder.set_aside(), std::nullopt, proto::direct_reader());
     SceneStore scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, 0);
     add(blobs.shelf().scrub(is_damaged));
     add(scenes.shelf().scrub(is_damaged));

@@ -20,6 +20,7 @@ class JobTable;
 class JobRunner;
 class JobStarter;
 class Ledger;
+class Isolation;
 class Journal;
 class ImageStore;
 
@@ -41,6 +42,7 @@ struct Services {
   StructureCache& structures;
   Journal& journal;
   ImageStore& films;
+  const Isolation& isolation;
   const Connections* connections = nullptr;        ///< Once there are any.
   std::atomic<std::uint32_t> most_connections{0};  ///< At once.
   std::atomic<std::uint64_t> least_free_disk{0};   ///< With less the server isn't ready.

@@ -19,7 +19,7 @@ std::string too_large(const ImageHeader& header) {
 }
 
 /// Numbers that no colour can be count as 0.
-std::size_t mend(std::vector<float>& values) {
+std::size_t mend(std::span<float> values) {
   std::size_t mended = 0;
   for (float& value : values) {
     if (value >= 0 && value <= kLargestLight) continue;
@@ -29,18 +29,25 @@ std::size_t mend(std::vector<float>& values) {
   return mended;
 }
 
-TextureImage::Decoded decode(const ImageFile& file, const char* name, std::uint64_t most_bytes) {
-  static const auto kRead = oiio_function<decltype(&tessera_oiio_read_texture)>("tessera_oiio_read_texture");
-  TextureImage::Decoded decoded;
-  kRead(name, *file, most_bytes, decoded.texels, decoded.problem);
-  if (!decoded.problem.empty()) return decoded;
-  if (auto* floats = std::get_if<std::vector<float>>(&decoded.texels.values))
-    if (const std::size_t mended = mend(*floats); mended > 0)
-      decoded.problem = std::to_string(mended) + " of its numbers are NaN, negative or beyond 1e18, and count as 0.";
-  return decoded;
+std::shared_ptr<std::byte[]> room_on_heap(std::size_t bytes) {
+  return std::shared_ptr<std::byte[]>(new std::byte[bytes]);
 }
 
 }  // namespace
+
+void load_image_library() { find_in_oiio_module("tessera_oiio_read_texture"); }
+
+TextureImage::Decoded decode_texture(const std::string& name, std::span<const std::byte> file, std::uint64_t most_bytes,
+                                     const TexelRoom& room) {
+  static const auto kRead = oiio_function<decltype(&tessera_oiio_read_texture)>("tessera_oiio_read_texture");
+  TextureImage::Decoded decoded;
+  std::span<float> floats;
+  kRead(name.c_str(), file, most_bytes, room, decoded.texels, floats, decoded.problem);
+  if (!decoded.problem.empty()) return decoded;
+  if (const std::size_t mended = mend(floats); mended > 0)
+    decoded.problem = std::to_string(mended) + " of its numbers are NaN, negative or beyond 1e18, and count as 0.";
+  return decoded;
+}
 
 std::variant<std::shared_ptr<const TextureImage>, std::string> open_texture(ImageFile file, std::uint64_t most_bytes) {
   const auto read = read_image_header(*file);
@@ -59,7 +66,9 @@ std::variant<std::shared_ptr<const TextureImage>, std::string> open_texture(Imag
   if (texels > most_bytes / header.bytes_a_texel) return too_large(header);
   const auto bytes = static_cast<std::size_t>(texels * header.bytes_a_texel);
   return std::make_shared<const TextureImage>(
-      bytes, [file = std::move(file), name = header.name, bytes] { return decode(file, name, bytes); });
+      bytes, EncodedImage{header.name, std::move(file)}, [bytes](const EncodedImage& encoded) {
+        return decode_texture(encoded.name, *encoded.bytes, bytes, room_on_heap);
+      });
 }
 
 }  // namespace tessera

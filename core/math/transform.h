@@ -46,6 +46,20 @@ class Transform {
   /// A normal, by the inverse transpose; mirrored maps keep outward normals outward. Not normalised.
   Vec3d normal_to_world(Vec3d local) const;
 
+  /// All that a transform is, for making the same one elsewhere.
+  struct Kept {
+    std::array<float, 12> world_to_local{};
+    bool turns_little = false;
+  };
+  Kept kept() const { return {world_to_local_, turns_little_}; }
+  /// Precondition: that of a transform.
+  static Transform from_kept(const Kept& kept) {
+    Transform transform;
+    transform.world_to_local_ = kept.world_to_local;
+    transform.turns_little_ = kept.turns_little;
+    return transform;
+  }
+
   /// Bounds the rounding of `to_local`, seen in world space: with O = |ray origin|∞ and R = the distance∞ from it
   /// to the farthest point that counts, error ≤ 8u · (condition · (O + R) + offset). (Three products and three sums
   /// round 4 times at most, γ4 ≤ 8u; an error e in local space is at most |L|·e in the world.)

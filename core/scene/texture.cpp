@@ -8,8 +8,9 @@ const Texels& TextureImage::texels() const {
   std::call_once(once_, [&] {
     Decoded decoded = decode_();
     texels_ = std::move(decoded.texels);
-    if (texels_.width == 0) texels_ = {1, 1, 1, std::vector<std::uint8_t>{255}};
+    if (texels_.width == 0) texels_ = {1, 1, 1, SharedValues<std::uint8_t>({255})};
     decode_ = nullptr;
+    file_.bytes = nullptr;
     const std::lock_guard lock(mutex_);
     problem_ = std::move(decoded.problem);
   });

@@ -25,11 +25,10 @@ Problem cannot_read(std::string_view name, const std::string& why) {
 
 }  // namespace
 
-Result<std::shared_ptr<const EnvironmentMap>> import_environment(const std::filesystem::path& path,
-                                                                 std::string_view display_name, std::uint64_t max_bytes,
-                                                                 std::stop_token stop) {
+Result<std::shared_ptr<const EnvironmentMap>> import_environment(const InputFile& file, std::string_view display_name,
+                                                                 std::uint64_t max_bytes, std::stop_token stop) {
   try {
-    const std::string bytes = read_file(path, display_name, kLargestMap, stop);
+    const std::string bytes = read_file(file, display_name, kLargestMap, stop);
     auto read = read_environment(std::as_bytes(std::span(bytes)), max_bytes);
     if (const auto* why = std::get_if<std::string>(&read)) return cannot_read(display_name, *why);
     return std::make_shared<const EnvironmentMap>(std::get<EnvironmentMap>(std::move(read)));

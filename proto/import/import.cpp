@@ -26,10 +26,9 @@ namespace {
 /// Indices are 32 bits wide: a file up to this size can't hold more vertices or corners than that.
 constexpr std::uintmax_t kLargestFile = 4ULL << 30;
 
-Imported read(const std::filesystem::path& path, FileFormat format, std::string_view name,
-              const CompanionSource& companions, const std::stop_token& stop, const ImportOptions& options,
-              std::uint64_t texture_bytes) {
-  std::string bytes = read_file(path, name, kLargestFile, stop);
+Imported read(const InputFile& file, FileFormat format, std::string_view name, const CompanionSource& companions,
+              const std::stop_token& stop, const ImportOptions& options, std::uint64_t texture_bytes) {
+  std::string bytes = read_file(file, name, kLargestFile, stop);
   switch (format) {
     case FileFormat::nff:
       return import_nff(bytes, name, stop);
@@ -46,8 +45,8 @@ Imported read(const std::filesystem::path& path, FileFormat format, std::string_
 }
 
 /// Why a file of which nothing came is none of `format`; nothing where its content doesn't say.
-std::optional<std::string> mistaken(const std::filesystem::path& path, FileFormat format) {
-  const FileKind kind = file_kind(path);
+std::optional<std::string> mistaken(const InputFile& file, FileFormat format) {
+  const FileKind kind = kind_of(file);
   FileKind expected = FileKind::unknown;
   switch (format) {
     case FileFormat::nff:
@@ -97,19 +96,19 @@ std::span<const Choice<FileFormat>> file_format_names() {
   return table;
 }
 
-Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
+Result<Imported> import_file(const InputFile& file, FileFormat format, std::string_view display_name,
                              const CompanionSource& companions, std::stop_token stop, const ImportOptions& options,
                              std::uint64_t texture_bytes) {
   throw_if_abandoned(stop);
   try {
-    Imported imported = read(path, format, display_name, companions, stop, options, texture_bytes);
+    Imported imported = read(file, format, display_name, companions, stop, options, texture_bytes);
     if (options.smooth) smooth_normals(imported, *options.smooth, stop);
     make_sayable(imported.warnings);
     if (!imported.parts.empty()) return imported;
-    if (auto why = mistaken(path, format)) return cannot_import(display_name, {{file_place(display_name, 0), *why}});
+    if (auto why = mistaken(file, format)) return cannot_import(display_name, {{file_place(display_name, 0), *why}});
     return imported;
   } catch (BrokenFile& broken) {
-    if (auto why = mistaken(path, format)) broken.errors = {{file_place(display_name, 0), *std::move(why)}};
+    if (auto why = mistaken(file, format)) broken.errors = {{file_place(display_name, 0), *std::move(why)}};
     return cannot_import(display_name, std::move(broken.errors));
   } catch (const Abandoned&) {
     throw;

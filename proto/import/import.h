@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "core/scene/scene.h"
+#include "proto/import/input_file.h"
 #include "proto/wire/abandoned.h"
 #include "proto/wire/choice.h"
 #include "proto/wire/result.h"
@@ -59,13 +59,13 @@ struct ImportOptions {
 };
 
 /// Finds a file that the imported file refers to by name (an MTL library, an image); nothing when there is none.
-using CompanionSource = std::function<std::optional<std::filesystem::path>(std::string_view name)>;
+using CompanionSource = std::function<std::optional<InputFile>(std::string_view name)>;
 
 /// Reads a file. A broken file is `invalid_document` whose errors point at "<display_name>:<line>" where lines
 /// exist, and at "<display_name>/a/json/pointer" in glTF; at "variant" and "scene" where that option names nothing.
 /// Never allocates more than a small multiple of the file's size. Textures take at most `texture_bytes` each. A missing
 /// library is an `internal_error`. Throws `Abandoned`, and nothing else, soon after `stop` is requested.
-Result<Imported> import_file(const std::filesystem::path& path, FileFormat format, std::string_view display_name,
+Result<Imported> import_file(const InputFile& file, FileFormat format, std::string_view display_name,
                              const CompanionSource& companions, std::stop_token stop = {},
                              const ImportOptions& options = {}, std::uint64_t texture_bytes = 1ULL << 30);
 

@@ -400,7 +400,7 @@ bool MtlLibraries::load(std::string_view arguments) {
 }
 
 bool MtlLibraries::load_file(const std::string& name) {
-  const std::optional<std::filesystem::path> file = companions_ ? companions_(name) : std::nullopt;
+  const std::optional<InputFile> file = companions_ ? companions_(name) : std::nullopt;
   if (!file) return false;
   try {
     std::string text = read_file(*file, name, kLargestFile, stop_);

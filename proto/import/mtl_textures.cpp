@@ -90,9 +90,9 @@ std::string in_quotes(std::string_view name) { return '"' + std::string(name.sub
 
 MtlTextures::MtlTextures(const CompanionSource& companions, std::uint64_t most_bytes, std::stop_token stop)
     : search_([this, &companions](const std::string& name) {
-        const auto path = companions ? companions(name) : std::nullopt;
-        if (path) paths_.emplace(name, *path);
-        return path.has_value();
+        const auto file = companions ? companions(name) : std::nullopt;
+        if (file) found_.emplace(name, *file);
+        return file.has_value();
       }),
       files_(most_bytes, std::move(stop)) {}
 
@@ -110,7 +110,7 @@ std::optional<MtlMap> MtlTextures::read(std::string_view library, std::string_vi
   MtlMap map;
   map.slot = std::ranges::find(kSlots, keyword, &std::pair<std::string_view, TextureSlot>::first)->second;
   map.name = *name;
-  map.path = paths_.at(*name);
+  map.file = found_.at(*name);
   map.line = line;
   for (const auto& option : statement.options) read_option(option, map, notes);
   if (map.slot == TextureSlot::bump && tells_of_normals(map.name)) {
@@ -121,7 +121,7 @@ std::optional<MtlMap> MtlTextures::read(std::string_view library, std::string_vi
 }
 
 std::optional<TextureUse> MtlTextures::use(const MtlMap& map, ImportNotes& notes) {
-  const TextureFiles::Opened& file = files_.open(map.path, map.name);
+  const TextureFiles::Opened& file = files_.open(map.file, map.name);
   if (!file.image) {
     notes.add("The texture " + in_quotes(map.name) + " can't be used: " + file.problem, map.line);
     return std::nullopt;

@@ -24,8 +24,8 @@ namespace tessera::proto {
 /// What a statement of an MTL library says of a texture.
 struct MtlMap {
   TextureSlot slot{};
-  std::string name;            ///< Of the image,
-  std::filesystem::path path;  ///< which is there.
+  std::string name;  ///< Of the image,
+  InputFile file;    ///< which is there.
   std::array<float, 2> scale{1, 1}, offset{0, 0};
   bool is_clamped = false;
   std::optional<bool> is_srgb;          ///< Where it is said.
@@ -53,7 +53,7 @@ class MtlTextures {
   using Key = std::tuple<const TextureImage*, bool, bool, std::array<float, 6>>;
 
   TextureSearch search_;
-  std::map<std::string, std::filesystem::path> paths_;
+  std::map<std::string, InputFile> found_;
   std::set<std::string, std::less<>> missing_;  ///< The first ones.
   TextureFiles files_;
   std::vector<Texture> textures_;

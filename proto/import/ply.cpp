@@ -473,10 +473,10 @@ TextureFiles::Opened open_image(const PlyHeader& header, const CompanionSource& 
   if (header.texture_files.empty()) return {};
   if (header.texture_files.size() > 1) notes.add("Of the textures that the file names the first one is used");
   const std::string& written = header.texture_files.front();
-  std::filesystem::path path;
+  std::optional<InputFile> file;
   TextureSearch search([&](const std::string& name) {
     const auto found = companions ? companions(name) : std::nullopt;
-    if (found) path = *found;
+    if (found) file = *found;
     return found.has_value();
   });
   const std::string called = "The texture \"" + written.substr(0, 80) + '"';
@@ -486,7 +486,7 @@ TextureFiles::Opened open_image(const PlyHeader& header, const CompanionSource& 
     return {};
   }
   TextureFiles files(texture_bytes, stop);
-  TextureFiles::Opened opened = files.open(path, *name);
+  TextureFiles::Opened opened = files.open(*file, *name);
   if (!opened.image) notes.add(called + " can't be used: " + opened.problem);
   return opened;
 }

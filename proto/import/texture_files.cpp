@@ -31,12 +31,12 @@ TextureFiles::Opened opened(const std::string& content, std::uint64_t most_bytes
 
 }  // namespace
 
-const TextureFiles::Opened& TextureFiles::open(const std::filesystem::path& path, std::string_view name) {
-  const auto [known, is_new] = opened_.try_emplace(path);
+const TextureFiles::Opened& TextureFiles::open(const InputFile& file, std::string_view name) {
+  const auto [known, is_new] = opened_.try_emplace(file.path);
   Opened& entry = known->second;
   if (!is_new) return entry;
   try {
-    const std::string content = read_file(path, name, bytes_left_, stop_);
+    const std::string content = read_file(file, name, bytes_left_, stop_);
     bytes_left_ -= content.size();
     entry = opened(content, most_bytes_);
   } catch (const BrokenFile& broken) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/scene/texture.h"
+#include "proto/import/input_file.h"
 
 namespace tessera::proto {
 
@@ -28,7 +29,7 @@ class TextureFiles {
       : most_bytes_(most_bytes), bytes_left_(most_bytes), stop_(std::move(stop)) {}
 
   /// `name` is how messages call it. What is returned stays where it is.
-  const Opened& open(const std::filesystem::path& path, std::string_view name);
+  const Opened& open(const InputFile& file, std::string_view name);
 
  private:
   std::uint64_t most_bytes_, bytes_left_;

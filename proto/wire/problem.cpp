@@ -105,6 +105,9 @@ constexpr std::array kTable{
     ProblemEntry{ProblemCode::storage_unavailable, "storage_unavailable", 503, "The server's disk is not available",
                  "The folder in which the server keeps its files is gone, can't be written to, or fails. Try again "
                  "when who runs the server has mended that."},
+    ProblemEntry{ProblemCode::reader_unavailable, "reader_unavailable", 503, "Files can not be read now",
+                 "Files are read in processes of their own, so that one that breaks a library does no harm, and the "
+                 "system gives the server no such process. Try again later."},
     ProblemEntry{ProblemCode::insufficient_storage, "insufficient_storage", 507, "The server's disk is full",
                  "There is no room for this on the server's disk. Try again when some has been made, or send less."},
     ProblemEntry{ProblemCode::not_implemented, "not_implemented", 501, "The server can not do this",

@@ -46,6 +46,7 @@ enum class ProblemCode {
   not_ready,
   shutting_down,
   storage_unavailable,
+  reader_unavailable,
   insufficient_storage,
   not_implemented,
   version_not_supported,

@@ -32,6 +32,7 @@ class RequestFiles : public proto::FileSource {
 
   proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash, const std::stop_token& stop) const override;
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override;
+  const proto::AssetReader& reader() const override { return others_.reader(); }
 
  private:
   const OwnFiles others_;

@@ -47,6 +47,7 @@ class FormScene : public proto::FileSource {
   Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override {
     return blobs_.asset(relative_path, stop);
   }
+  const proto::AssetReader& reader() const override { return blobs_.reader(); }
 
  private:
   const BlobStore& blobs_;

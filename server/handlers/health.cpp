@@ -12,6 +12,8 @@
 #include "server/handlers/documents.h"
 #include "server/handlers/handlers.h"
 #include "server/handlers/image_choice.h"
+#include "server/isolation/confinement.h"
+#include "server/isolation/isolation.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/job_starter.h"
 #include "server/jobs/job_table.h"
@@ -75,7 +77,8 @@ std::vector<ReadinessCheck> readiness_checks(Services& services) {
            std::move(queue),
            {{"unfinished_jobs", jobs.unfinished},
             {"waiting_for_memory", services.starter.waiting()},
-            {"limit_jobs", jobs.limits.unfinished_jobs}}}};
+            {"limit_jobs", jobs.limits.unfinished_jobs}}},
+          {"isolation", services.isolation.problem(), {{"filters_system_calls", can_filter_system_calls()}}}};
 }
 
 }  // namespace

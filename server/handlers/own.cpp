@@ -49,4 +49,6 @@ proto::Result<proto::SourceFile> OwnFiles::asset(std::string_view relative_path,
   return services_.blobs.asset(relative_path, stop);
 }
 
+const proto::AssetReader& OwnFiles::reader() const { return services_.blobs.reader(); }
+
 }  // namespace tessera::server

@@ -37,6 +37,7 @@ class OwnFiles : public proto::FileSource {
 
   proto::Result<proto::SourceFile> blob(const proto::ContentHash& hash, const std::stop_token& stop) const override;
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override;
+  const proto::AssetReader& reader() const override;
 
  private:
   Services& services_;

@@ -16,7 +16,8 @@ std::string dump(const nlohmann::json& json) {
 bool may_pass(proto::ProblemCode code) {
   return code == proto::ProblemCode::too_many_jobs || code == proto::ProblemCode::out_of_memory_budget ||
          code == proto::ProblemCode::quota_exceeded || code == proto::ProblemCode::not_ready ||
-         code == proto::ProblemCode::shutting_down || code == proto::ProblemCode::storage_unavailable;
+         code == proto::ProblemCode::shutting_down || code == proto::ProblemCode::storage_unavailable ||
+         code == proto::ProblemCode::reader_unavailable;
 }
 
 }  // namespace

@@ -41,7 +41,9 @@ constexpr std::size_t kQuickObjects = 10'000;
 /// A problem of the scene that a job names by hash, as one of the job's document: places in the stored scene are
 /// none in that.
 Problem at_scene(const Problem& problem) {
-  if (problem.code == ProblemCode::out_of_memory_budget || problem.code == ProblemCode::internal_error) return problem;
+  if (problem.code == ProblemCode::out_of_memory_budget || problem.code == ProblemCode::internal_error ||
+      problem.code == ProblemCode::reader_unavailable)
+    return problem;
   const std::string& why = problem.errors.empty() ? problem.detail : problem.errors.front().detail;
   constexpr const char* kUnusable = "The scene that this job names can't be used.";
   return {ProblemCode::invalid_document, kUnusable, {{"/scene", kUnusable + (' ' + why)}}};

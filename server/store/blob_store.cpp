@@ -43,10 +43,12 @@ Problem no_such_blob(const proto::ContentHash& hash) {
   return refused("There is no blob " + hash + "; upload it first with PUT /v1/blobs/" + hash + ".");
 }
 
-BlobStore::BlobStore(fs::path folder, fs::path set_aside, const std::optional<fs::path>& asset_root)
+BlobStore::BlobStore(fs::path folder, fs::path set_aside, const std::optional<fs::path>& asset_root,
+                     const proto::AssetReader& reader)
     : folder_(std::move(folder)),
       shelf_(folder_, "", is_whole_blob, std::move(set_aside)),
-      asset_root_(asset_root ? fs::canonical(*asset_root) : fs::path()) {}
+      asset_root_(asset_root ? fs::canonical(*asset_root) : fs::path()),
+      reader_(reader) {}
 
 std::unique_ptr<ReceivedFile> BlobStore::receive() const { return std::make_unique<ReceivedFile>(folder_); }
 

@@ -22,7 +22,7 @@ class BlobStore : public proto::FileSource {
   /// Keeps blobs in `folder`, which exists; damaged ones go to `set_aside`. Throws std::system_error when `asset_root`
   /// is given and can't be found.
   BlobStore(std::filesystem::path folder, std::filesystem::path set_aside,
-            const std::optional<std::filesystem::path>& asset_root);
+            const std::optional<std::filesystem::path>& asset_root, const proto::AssetReader& reader);
 
   /// An empty file to receive a blob in.
   std::unique_ptr<ReceivedFile> receive() const;
@@ -41,6 +41,7 @@ class BlobStore : public proto::FileSource {
                                         const std::stop_token& stop = {}) const override;
   proto::Result<proto::SourceFile> asset(std::string_view relative_path,
                                          const std::stop_token& stop = {}) const override;
+  const proto::AssetReader& reader() const override { return reader_; }
 
   /// The files, by the digits of their hashes.
   Shelf& shelf() { return shelf_; }
@@ -49,6 +50,7 @@ class BlobStore : public proto::FileSource {
   const std::filesystem::path folder_;
   mutable Shelf shelf_;               ///< It keeps in mind what has been looked at.
   std::filesystem::path asset_root_;  ///< Canonical; empty for none.
+  const proto::AssetReader& reader_;
 };
 
 /// What a hash is in a name of a file.

@@ -480,15 +480,16 @@ class DoctorTest(unittest.TestCase):
         with Daemon() as daemon:
             os.chmod(daemon.data_dir, 0o700)
             found = self.ask("--data-dir", daemon.data_dir, url=daemon.url)
-            self.assertEqual(list(found), ["server", "version", "clock", "disk", "memory", "queue", "descriptors", "render",
-                                           "data folder", "disk space", "process", "memory limit"])
-            for check in ("server", "version", "clock", "disk", "memory", "queue", "render", "data folder", "process"):
+            self.assertEqual(list(found), ["server", "version", "clock", "disk", "isolation", "memory", "queue", "descriptors",
+                                           "render", "data folder", "disk space", "process", "memory limit"])
+            for check in ("server", "version", "clock", "disk", "isolation", "memory", "queue", "render", "data folder",
+                          "process"):
                 self.assertEqual(found[check][0], "ok", found[check])
             self.assertIn(f"process {daemon.process.pid} ", found["process"][1])
             self.assertEqual(daemon.request("GET", "/v1/jobs").json()["jobs"], [])  # It leaves nothing behind.
             lines = subprocess.run([os.environ["TESSERA"], "--server", daemon.url, "doctor"], text=True, check=True,
                                    capture_output=True).stdout.splitlines()
-            self.assertEqual(len(lines), 8)
+            self.assertEqual(len(lines), 9)
             for line in lines:
                 self.assertRegex(line, r"^(ok|warn|FAIL) +[a-z ]+  ")
 

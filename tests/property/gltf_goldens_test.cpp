@@ -61,7 +61,7 @@ const View kViews[] = {
 using Blocks = std::vector<std::array<double, 3>>;
 
 Blocks blocks_of(const Texels& image) {
-  const auto& bytes = std::get<std::vector<std::uint8_t>>(image.values);
+  const auto& bytes = std::get<SharedValues<std::uint8_t>>(image.values);
   Blocks blocks(std::size_t{kBlocks} * kBlocks);
   for (std::uint32_t y = 0; y < image.height; ++y)
     for (std::uint32_t x = 0; x < image.width; ++x) {

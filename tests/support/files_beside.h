@@ -21,6 +21,7 @@ class FilesBeside final : public proto::FileSource {
     if (!hash) return proto::Problem{proto::ProblemCode::not_found, "There is no such file.", {}};
     return proto::SourceFile{folder_ / name, *hash};
   }
+  const proto::AssetReader& reader() const override { return proto::direct_reader(); }
 
  private:
   std::filesystem::path folder_;

@@ -13,6 +13,7 @@ class NoFiles : public FileSource {
   Result<SourceFile> asset(std::string_view, const std::stop_token&) const override {
     return Problem{ProblemCode::not_found, "There is no such file.", {}};
   }
+  const AssetReader& reader() const override { return direct_reader(); }
 };
 
 }  // namespace tessera::proto

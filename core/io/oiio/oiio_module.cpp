@@ -142,16 +142,19 @@ std::string measure(const char* name, std::span<const std::byte> file, ImageHead
   return {};
 }
 
+/// Into `values`, which become those of the texels.
 template <typename T>
-std::string read_values(OIIO::ImageInput& in, OIIO::TypeDesc type, std::size_t count, Texels& texels) {
-  std::vector<T> values(count);
+std::string read_values(OIIO::ImageInput& in, OIIO::TypeDesc type, std::size_t count, const TexelRoom& room,
+                        Texels& texels, std::span<T>& values) {
+  const std::shared_ptr<std::byte[]> memory = room(count * sizeof(T));
+  values = {reinterpret_cast<T*>(memory.get()), count};
   if (!in.read_image(0, 0, 0, static_cast<int>(texels.channels), type, values.data())) return in.geterror();
-  texels.values = std::move(values);
+  texels.values = SharedValues<T>(values, memory);
   return {};
 }
 
 /// Of four channels.
-void divide_by_alpha(std::vector<std::uint8_t>& values) {
+void divide_by_alpha(std::span<std::uint8_t> values) {
   for (std::size_t i = 0; i + 3 < values.size(); i += 4) {
     const unsigned alpha = values[i + 3];
     if (alpha == 0) continue;
@@ -160,7 +163,8 @@ void divide_by_alpha(std::vector<std::uint8_t>& values) {
   }
 }
 
-std::string read_texture(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes, Texels& texels) {
+std::string read_texture(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes,
+                         const TexelRoom& room, Texels& texels, std::span<float>& floats) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
   OIIO::ImageSpec as_it_is;
   as_it_is.attribute("oiio:UnassociatedAlpha", 1);
@@ -179,18 +183,19 @@ std::string read_texture(const char* name, std::span<const std::byte> file, std:
   const std::uint32_t depth = depth_of(spec);
   if (count > most_bytes / depth) return "Its texels are more than its header says.";
   std::string problem;
+  std::span<std::uint8_t> bytes;
+  std::span<std::uint16_t> words;
   if (depth == 1)
-    problem = read_values<std::uint8_t>(*in, OIIO::TypeDesc::UINT8, count, read);
+    problem = read_values(*in, OIIO::TypeDesc::UINT8, count, room, read, bytes);
   else if (depth == 2)
-    problem = read_values<std::uint16_t>(*in, OIIO::TypeDesc::UINT16, count, read);
+    problem = read_values(*in, OIIO::TypeDesc::UINT16, count, room, read, words);
   else
-    problem = read_values<float>(*in, OIIO::TypeDesc::FLOAT, count, read);
+    problem = read_values(*in, OIIO::TypeDesc::FLOAT, count, room, read, floats);
   if (!problem.empty()) return problem;
   // OpenImageIO 2.4 multiplies by alpha in any case when it reads WebP.
-  if (auto* bytes = std::get_if<std::vector<std::uint8_t>>(&read.values);
-      bytes && read.channels == 4 && std::string_view(in->format_name()) == "webp" &&
+  if (read.channels == 4 && std::string_view(in->format_name()) == "webp" &&
       spec.get_int_attribute("oiio:UnassociatedAlpha") == 0)
-    divide_by_alpha(*bytes);
+    divide_by_alpha(bytes);
   texels = std::move(read);
   return {};
 }
@@ -209,9 +214,11 @@ __attribute__((visibility("default"))) void tessera_oiio_measure(const char* nam
 }
 
 __attribute__((visibility("default"))) void tessera_oiio_read_texture(const char* name, std::span<const std::byte> file,
-                                                                      std::uint64_t most_bytes, tessera::Texels& texels,
+                                                                      std::uint64_t most_bytes,
+                                                                      const tessera::TexelRoom& room,
+                                                                      tessera::Texels& texels, std::span<float>& floats,
                                                                       std::string& problem) try {
-  problem = tessera::in_a_line(tessera::read_texture(name, file, most_bytes, texels));
+  problem = tessera::in_a_line(tessera::read_texture(name, file, most_bytes, room, texels, floats));
 } catch (const std::bad_alloc&) {
   throw;
 } catch (const std::exception& error) {

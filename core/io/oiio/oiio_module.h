@@ -11,6 +11,7 @@
 #include "core/io/image_format.h"
 #include "core/io/image_header.h"
 #include "core/io/raster.h"
+#include "core/io/read_texture.h"
 #include "core/scene/light.h"
 #include "core/scene/texture.h"
 
@@ -34,7 +35,9 @@ void tessera_oiio_measure(const char* name, std::span<const std::byte> file, tes
                           std::string& problem);
 
 /// Reads a file whose format `name` tells into `texels`, at the depth that it has, or assigns to `problem` what is
-/// wrong with it, as when it takes more than `most_bytes`. Throws std::bad_alloc.
+/// wrong with it, as when it takes more than `most_bytes`. They lie in `room`; `floats` are those of them that are
+/// floats. Throws std::bad_alloc, and what `room` throws.
 void tessera_oiio_read_texture(const char* name, std::span<const std::byte> file, std::uint64_t most_bytes,
-                               tessera::Texels& texels, std::string& problem);
+                               const tessera::TexelRoom& room, tessera::Texels& texels, std::span<float>& floats,
+                               std::string& problem);
 }

@@ -54,18 +54,18 @@ std::optional<GltfFile::Companion> GltfFile::find_companion(std::string_view uri
     why = "The URI " + in_quotes(uri) + " may not be used: " + companion.refusal;
     return std::nullopt;
   }
-  auto path = companions_ ? companions_(companion.name) : std::nullopt;
-  if (path) return Companion{std::move(companion.name), *std::move(path)};
+  auto file = companions_ ? companions_(companion.name) : std::nullopt;
+  if (file) return Companion{std::move(companion.name), *std::move(file)};
   why = "The file " + in_quotes(companion.name) + " is missing";
   return std::nullopt;
 }
 
 std::shared_ptr<const std::string> GltfFile::read_companion(const Companion& companion, std::string& why) {
-  const auto [known, is_new] = companions_read_.try_emplace(companion.path);
+  const auto [known, is_new] = companions_read_.try_emplace(companion.file.path);
   if (auto bytes = known->second.lock()) return bytes;
   try {
     auto bytes =
-        std::make_shared<const std::string>(read_file(companion.path, companion.name, kLargestCompanion, stop_));
+        std::make_shared<const std::string>(read_file(companion.file, companion.name, kLargestCompanion, stop_));
     if (is_new) budget_ += kMostPerByte * bytes->size();
     known->second = bytes;
     return bytes;

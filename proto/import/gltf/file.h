@@ -52,7 +52,7 @@ class GltfFile {
   /// The file that a relative URI names; nothing, with the reason in `why`, when there is none.
   struct Companion {
     std::string name;
-    std::filesystem::path path;
+    InputFile file;
   };
   std::optional<Companion> find_companion(std::string_view uri, std::string& why);
 

@@ -163,7 +163,7 @@ GltfTextures::Content GltfTextures::content_of(const Image& image) {
   std::string why;
   const auto companion = file_.find_companion(image.uri->string(), why);
   if (!companion) return unusable(std::move(why));
-  const auto [known, is_new] = in_files_.try_emplace(companion->path);
+  const auto [known, is_new] = in_files_.try_emplace(companion->file.path);
   if (is_new) {
     const auto bytes = file_.read_companion(*companion, why);
     known->second = bytes ? read_content(*bytes) : unusable(std::move(why));

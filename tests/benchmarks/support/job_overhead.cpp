@@ -44,6 +44,7 @@ class NoFiles final : public proto::FileSource {
   proto::Result<proto::SourceFile> asset(std::string_view, const std::stop_token&) const override {
     throw std::logic_error("a file");
   }
+  const proto::AssetReader& reader() const override { return proto::direct_reader(); }
 };
 
 proto::JobStatus wait_for(const client::Client& client, proto::JobStatus status) {

@@ -52,6 +52,8 @@ class TestFiles : public FileSource {
     return SourceFile{root_ / normal, *hash};
   }
 
+  const AssetReader& reader() const override { return direct_reader(); }
+
  private:
   std::filesystem::path root_;
   std::map<ContentHash, std::filesystem::path> blobs_;

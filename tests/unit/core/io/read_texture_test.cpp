@@ -53,7 +53,7 @@ const std::vector<std::uint8_t> kBytes{200, 100, 50, 128, 10, 20, 30, 255, 7, 9,
 TEST(ReadTexture, AlphaStaysBesideTheColors) {
   const auto image = opened(file_of("a.png", OIIO::TypeDesc::UINT8, 4, kBytes));
   ASSERT_TRUE(image);
-  EXPECT_EQ(std::get<std::vector<std::uint8_t>>(image->texels().values), kBytes);
+  EXPECT_EQ(std::get<SharedValues<std::uint8_t>>(image->texels().values), kBytes);
   EXPECT_EQ(image->problem(), "");
 }
 
@@ -61,7 +61,7 @@ TEST(ReadTexture, SixteenBitsStaySixteen) {
   const std::vector<std::uint16_t> values{1, 258, 65535, 300, 40000, 7};
   const auto image = opened(file_of("a.png", OIIO::TypeDesc::UINT16, 3, values));
   ASSERT_TRUE(image);
-  EXPECT_EQ(std::get<std::vector<std::uint16_t>>(image->texels().values), values);
+  EXPECT_EQ(std::get<SharedValues<std::uint16_t>>(image->texels().values), values);
   EXPECT_GE(image->bytes(), 12U);
 }
 
@@ -69,7 +69,7 @@ TEST(ReadTexture, FloatsStayFloatsAndThoseThatAreNoneAreToldAndCountAsZero) {
   const std::vector<float> values{1e4F, std::nanf(""), -0.5F, kInfinity, 3e-5F, 1};
   const auto image = opened(file_of("a.exr", OIIO::TypeDesc::FLOAT, 3, values));
   ASSERT_TRUE(image);
-  EXPECT_EQ(std::get<std::vector<float>>(image->texels().values), (std::vector<float>{1e4F, 0, 0, 0, 3e-5F, 1}));
+  EXPECT_EQ(std::get<SharedValues<float>>(image->texels().values), (std::vector<float>{1e4F, 0, 0, 0, 3e-5F, 1}));
   EXPECT_NE(image->problem().find("3 of its numbers"), std::string::npos) << image->problem();
 }
 
@@ -80,7 +80,7 @@ constexpr std::string_view kWebP(
 TEST(ReadTexture, WebPsColorsAreAsBrightAsTheyWere) {
   const auto image = opened(bytes_of(kWebP));
   ASSERT_TRUE(image);
-  const auto values = std::get<std::vector<std::uint8_t>>(image->texels().values);
+  const auto values = std::get<SharedValues<std::uint8_t>>(image->texels().values);
   ASSERT_EQ(values.size(), 16U);
   const int due[] = {200, 100, 50, 128};
   for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(values[i], due[i % 4], 1) << i;

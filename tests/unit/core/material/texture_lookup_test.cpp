@@ -40,7 +40,7 @@ std::uint32_t walked(long at, std::uint32_t size, Wrap wrap) {
 
 Exact exact_texel(const Texture& texture, long x, long y, std::uint32_t channel) {
   const Texels& texels = texture.image->texels();
-  const auto& values = std::get<std::vector<std::uint8_t>>(texels.values);
+  const auto& values = std::get<SharedValues<std::uint8_t>>(texels.values);
   const std::uint32_t column = walked(x, texels.width, texture.wrap_u), row = walked(y, texels.height, texture.wrap_v);
   const Exact value = values[(std::size_t{row} * texels.width + column) * texels.channels + channel] / 255.0L;
   return texture.is_srgb && channel < 3 ? linear(value) : value;

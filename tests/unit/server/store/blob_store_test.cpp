@@ -24,7 +24,7 @@ std::unique_ptr<ReceivedFile> received(const BlobStore& store, std::string_view 
 
 TEST(BlobStore, KeepsAFileByItsHash) {
   const TemporaryFolder folder;
-  BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
+  BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt, proto::direct_reader());
   const auto hash = content_hash("some bytes");
   EXPECT_FALSE(store.blob(hash));
   const auto file = received(store, "some bytes");
@@ -39,7 +39,7 @@ TEST(BlobStore, KeepsAFileByItsHash) {
 
 TEST(BlobStore, WhatWasReadOfAFileIsAllOfIt) {
   const TemporaryFolder folder;
-  const BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
+  const BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt, proto::direct_reader());
   const auto read = [](int how, ReceivedFile& file) {
     if (how == 0) file.finish();
     if (how == 1) file.content();
@@ -58,7 +58,7 @@ TEST(BlobStore, WhatWasReadOfAFileIsAllOfIt) {
 
 TEST(BlobStore, RefusesAnotherHashAndLeavesNothing) {
   const TemporaryFolder folder;
-  BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
+  BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt, proto::direct_reader());
   EXPECT_EQ(store.put(content_hash("some bytes"), *received(store, "other bytes")).problem().code,
             ProblemCode::hash_mismatch);
   EXPECT_EQ(folder.file_count(), 0U);
@@ -67,7 +67,7 @@ TEST(BlobStore, RefusesAnotherHashAndLeavesNothing) {
 
 TEST(BlobStore, AnUploadThatBreaksOffLeavesNothing) {
   const TemporaryFolder folder;
-  const BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt);
+  const BlobStore store(folder.path(), folder.path() / "set-aside", std::nullopt, proto::direct_reader());
   received(store, "some bytes");
   EXPECT_EQ(folder.file_count(), 0U);
 }
@@ -77,7 +77,9 @@ TEST(BlobStore, ADamagedBlobIsAsIfItWerentThereUntilItIsPutAgain) {
   fs::create_directory(folder.path() / "blobs");
   const auto hash = content_hash("some bytes");
   const auto path = folder.path() / "blobs" / hash_digits(hash);
-  const auto open = [&] { return BlobStore(folder.path() / "blobs", folder.path() / "set-aside", std::nullopt); };
+  const auto open = [&] {
+    return BlobStore(folder.path() / "blobs", folder.path() / "set-aside", std::nullopt, proto::direct_reader());
+  };
   {
     BlobStore store = open();
     ASSERT_TRUE(store.put(hash, *received(store, "some bytes")));
@@ -113,7 +115,7 @@ TEST(Assets, AreFoundUnderTheRootOnly) {
   fs::create_symlink(secret, root.path() / "link.obj");
   fs::create_symlink(outside.path(), root.path() / "folder");
   fs::create_symlink(root.path() / "a", root.path() / "inner");
-  const BlobStore store(blobs.path(), blobs.path() / "set-aside", root.path());
+  const BlobStore store(blobs.path(), blobs.path() / "set-aside", root.path(), proto::direct_reader());
 
   for (const char* path : {"a/b/file.obj", "./a//b/file.obj", "inner/b/file.obj"}) {
     const auto found = store.asset(path);
@@ -129,11 +131,11 @@ TEST(Assets, AreFoundUnderTheRootOnly) {
 
 TEST(Assets, ASiblingWithALongerNameIsOutside) {
   const TemporaryFolder blobs, parent;
-  fs::create_directories(parent.path() / "root");
+  fs::create_directories(parent.path() / "root", proto::direct_reader());
   fs::create_directories(parent.path() / "rootless");
   parent.write("rootless/file.obj", "text");
   fs::create_symlink(parent.path() / "rootless" / "file.obj", parent.path() / "root" / "link.obj");
-  const BlobStore store(blobs.path(), blobs.path() / "set-aside", parent.path() / "root");
+  const BlobStore store(blobs.path(), blobs.path() / "set-aside", parent.path() / "root", proto::direct_reader());
   EXPECT_FALSE(store.asset("link.obj"));
 }
 

@@ -29,7 +29,7 @@ constexpr const char* kSameScene = R"({"objects":[{"radius":1.0,"center":[0,0,0]
 struct Stores {
   explicit Stores(const fs::path& data)
       : folder(data),
-        blobs(folder.blobs(), folder.set_aside(), std::nullopt),
+        blobs(folder.blobs(), folder.set_aside(), std::nullopt, proto::direct_reader()),
         scenes(folder.scenes(), folder.set_aside(), blobs, {}, 1 << 20) {}
 
   proto::Result<SceneStore::Put> put(std::string_view document) { return scenes.put(document, blobs, {}); }

@@ -21,7 +21,7 @@ class UpkeepTest : public testing::Test {
  protected:
   UpkeepTest()
       : folder_(data_.path()),
-        blobs_(folder_.blobs(), folder_.set_aside(), std::nullopt),
+        blobs_(folder_.blobs(), folder_.set_aside(), std::nullopt, proto::direct_reader()),
         scenes_(folder_.scenes(), folder_.set_aside(), blobs_, {}, 1 << 20),
         blob_(proto::content_hash(kObj)) {
     const auto file = blobs_.receive();

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <span>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "server/isolation/worker.h"
+#include "server/isolation/zygote.h"
+#include "server/store/file_descriptor.h"
+
+namespace tessera::server {
+
+/// There is no process to be had for a request.
+class NoWorker : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Processes for work with what strangers sent: one for each request, which may crash, hang or be taken over without
+/// harm to this one. Safe to use from any number of threads.
+class Isolation {
+ public:
+  /// Starts what makes them. `prepare` is what processes that are to be prepared have done before they are made.
+  /// Precondition: this process has one thread. Throws std::system_error.
+  Isolation(Work work, std::function<void()> prepare);
+  Isolation(const Isolation&) = delete;
+  Isolation& operator=(const Isolation&) = delete;
+  ~Isolation();
+
+  enum class Preparation { bare, prepared };
+
+  /// A request, to a process that is made for it.
+  struct Request {
+    Preparation preparation = Preparation::bare;
+    std::string_view body;
+    std::span<const int> files;
+    std::chrono::milliseconds patience{0};  ///< With the worker, not counting what `answer` takes.
+  };
+
+  /// Why there is no answer: in words that go on from "The process that read it".
+  struct Failure {
+    enum class Kind { crashed, hung, killed } kind;
+    std::string how;
+  };
+
+  /// Answers a worker's question; files stay the caller's.
+  struct Answer {
+    std::string body;
+    std::vector<int> files;
+  };
+  using AnswerTo = std::function<Answer(std::string_view question)>;
+
+  /// What the worker says when it is done. Throws `Abandoned` when `stop` is requested, `NoWorker`, and what `answer`
+  /// throws; the worker is ended then.
+  std::variant<std::string, Failure> run(const Request& request, const std::stop_token& stop,
+                                         const AnswerTo& answer = {}) const;
+
+  /// Why there can't be workers; empty where there can.
+  std::string problem() const;
+
+ private:
+  FileDescriptor worker(Preparation preparation) const;
+
+  const Work work_;
+  const std::function<void()> prepare_;
+  ZygoteProcess bare_;
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  mutable FileDescriptor prepared_;
+};
+
+}  // namespace tessera::server

@@ -10,8 +10,8 @@
 #include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/filter.h>
+#include <linux/sched.h>
 #include <linux/seccomp.h>
-#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -152,7 +152,8 @@ bool confine(const Allowance& allowance) {
   limit(RLIMIT_NOFILE, kMostOpenFiles);
   limit(RLIMIT_CPU, allowance.seconds, 1);  // SIGXCPU, which tells why, comes before SIGKILL.
   limit(RLIMIT_FSIZE, allowance.written_bytes);
-  const bool limits_memory = !kHasShadowMemory && limit(RLIMIT_AS, address_space() + allowance.memory);
+  const std::uint64_t now = kHasShadowMemory ? 0 : address_space();
+  const bool limits_memory = now > 0 && limit(RLIMIT_AS, now + allowance.memory);
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   if (kArchitecture != 0) {
     auto program = filter();

@@ -65,6 +65,13 @@ T decode(std::string_view body) {
   return value;
 }
 
+/// Mapped, as whoever truncates the file meanwhile harms this process alone.
+proto::InputFile mapped(std::filesystem::path path, const FileDescriptor& file) {
+  const std::uint64_t size = size_of(file);
+  auto bytes = map_part(file.value(), 0, size);
+  return {std::move(path), {reinterpret_cast<const char*>(bytes.get()), size}, bytes};
+}
+
 /// The files that a model names, each once however often it asks for it.
 class AskedCompanions {
  public:
@@ -77,7 +84,9 @@ class AskedCompanions {
     if (number == 0) return std::nullopt;
     files_.resize(std::max<std::size_t>(files_.size(), number + 1));
     if (!answer.files.empty() && !files_[number]) files_[number] = std::move(answer.files.front());
-    return proto::InputFile(std::to_string(number), files_[number].value());
+    const std::filesystem::path path = "/dev/null/" + std::to_string(number);  // Where nothing can be.
+    if (!files_[number]) return proto::InputFile(path);
+    return mapped(path, files_[number]);
   }
 
  private:
@@ -127,7 +136,7 @@ bool is_out_of_memory(const proto::Result<T>& result) {
 ReadReply read_model(const Worker& worker, const ReadRequest& wanted, const Message& request) {
   AskedCompanions companions(worker);
   const proto::Result<proto::Imported> imported = proto::import_file(
-      proto::InputFile("model", request.files.at(kInput).value()), wanted.format, wanted.name,
+      mapped("model", request.files.at(kInput)), wanted.format, wanted.name,
       [&](std::string_view name) { return companions.find(name); }, {}, wanted.options, wanted.most_bytes);
   if (wants_preparation(imported, worker)) return {.wants_preparation = true};
   if (is_out_of_memory(imported)) throw std::bad_alloc();
@@ -140,8 +149,8 @@ ReadReply read_model(const Worker& worker, const ReadRequest& wanted, const Mess
 }
 
 ReadReply read_environment_map(const Worker& worker, const ReadRequest& wanted, const Message& request) {
-  const auto map = proto::import_environment(proto::InputFile("environment", request.files.at(kInput).value()),
-                                             wanted.name, wanted.most_bytes);
+  const auto map =
+      proto::import_environment(mapped("environment", request.files.at(kInput)), wanted.name, wanted.most_bytes);
   if (wants_preparation(map, worker)) return {.wants_preparation = true};
   if (is_out_of_memory(map)) throw std::bad_alloc();
   proto::FlatWriter writer;

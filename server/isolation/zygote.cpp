@@ -63,7 +63,8 @@ void say_nothing() {
 /// When memory runs out, the system had better end this one than the daemon.
 void offer_to_out_of_memory_killer() { std::ofstream("/proc/self/oom_score_adj") << 1000; }
 
-[[noreturn]] void be_worker(FileDescriptor channel, const Work& work, bool is_prepared) {
+/// What is thrown ends it: above it on the stack is what the daemon does.
+[[noreturn]] void be_worker(FileDescriptor channel, const Work& work, bool is_prepared) noexcept {
   ::prctl(PR_SET_NAME, "tessera-reader");
   offer_to_out_of_memory_killer();
   close_files_but({channel.value()});
@@ -89,7 +90,7 @@ class Zygote {
     if (is_prepared_) prepare_now();
   }
 
-  [[noreturn]] void run() {
+  [[noreturn]] void run() noexcept {
     for (;;) {
       std::vector<pollfd> looked_at{{control_.value(), POLLIN, 0}, {ended_.value(), POLLIN, 0}};
       for (const auto& [process, channel] : channels_)

@@ -21,9 +21,10 @@ struct ZygoteProcess {
   pid_t process = -1;
 };
 
-/// A process that makes others by fork(2), which takes little time, as it is small; and is safe, as it has one thread.
-/// It ends with the last who could tell it something, and ends workers whose other end is closed. Gives the channel by
-/// which it is told things. Called while the process has one thread. Throws std::system_error.
+/// A process that makes others by fork(2), which takes little time, as it is small; and is safe, as it has one thread:
+/// but for those that libraries begin when they are loaded, which wait for work that nobody gives them. It ends with
+/// the last who could tell it something, and ends workers whose other end is closed. Gives the channel by which it is
+/// told things. Called while the process has one thread. Throws std::system_error.
 ZygoteProcess start_zygote(const Work& work, const std::function<void()>& prepare);
 
 }  // namespace tessera::server

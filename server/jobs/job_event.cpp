@@ -222,6 +222,7 @@ class NoFilesOfOrders : public proto::FileSource {
   proto::Result<proto::SourceFile> asset(std::string_view, const std::stop_token&) const override {
     return proto::Problem();
   }
+  const proto::AssetReader& reader() const override { return proto::direct_reader(); }  // There is nothing to read.
 };
 
 JobOrder read_order(const json& value) {

@@ -22,6 +22,7 @@ class HeldFiles : public proto::FileSource {
   proto::Result<proto::SourceFile> asset(std::string_view relative_path, const std::stop_token& stop) const override {
     return files_.asset(relative_path, stop);
   }
+  const proto::AssetReader& reader() const override { return files_.reader(); }
 
  private:
   const proto::FileSource& files_;

@@ -55,7 +55,7 @@ LIBRARIES = {
 
 # POSIX, for the parts that talk to the system.
 SYSTEM = {part: ["sys/", "unistd.h", "fcntl.h", "signal.h"] for part in ("server", "client", "tests", "proto/wire")}
-SYSTEM["server"] += ["arpa/inet.h", "netdb.h", "netinet/", "poll.h", "archive.h", "archive_entry.h", "sqlite3.h"]
+SYSTEM["server"] += ["arpa/inet.h", "netdb.h", "netinet/", "poll.h", "linux/", "archive.h", "archive_entry.h", "sqlite3.h"]
 SYSTEM["tests"] += ["sched.h", "archive.h", "archive_entry.h", "sqlite3.h"]
 SYSTEM["core/accel/wide"] = ["sys/mman.h"]  # huge pages
 SYSTEM["core/io/oiio"] = ["dlfcn.h"]

@@ -95,7 +95,7 @@ void do_as_told(Worker& worker, Message request) {
     for (;;) worker.ask(std::string(kLongestBody, 'x'));
   confine(kAllowance);
   if (what == "spin")
-    for (volatile int i = 0;; ++i) {
+    for (std::atomic<int> i = 0;; ++i) {
     }
   if (what == "balloon") return worker.done(more_memory(1ULL << 30) ? "has it" : "refused");
   if (what == "fill") {

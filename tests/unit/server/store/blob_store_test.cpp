@@ -131,7 +131,7 @@ TEST(Assets, AreFoundUnderTheRootOnly) {
 
 TEST(Assets, ASiblingWithALongerNameIsOutside) {
   const TemporaryFolder blobs, parent;
-  fs::create_directories(parent.path() / "root", proto::direct_reader());
+  fs::create_directories(parent.path() / "root");
   fs::create_directories(parent.path() / "rootless");
   parent.write("rootless/file.obj", "text");
   fs::create_symlink(parent.path() / "rootless" / "file.obj", parent.path() / "root" / "link.obj");
@@ -142,8 +142,8 @@ TEST(Assets, ASiblingWithALongerNameIsOutside) {
 TEST(Assets, NeedARoot) {
   const TemporaryFolder blobs;
   const auto aside = blobs.path() / "set-aside";
-  EXPECT_FALSE(BlobStore(blobs.path(), aside, std::nullopt).asset("file.obj"));
-  EXPECT_THROW(BlobStore(blobs.path(), aside, blobs.path() / "none"), std::system_error);
+  EXPECT_FALSE(BlobStore(blobs.path(), aside, std::nullopt, proto::direct_reader()).asset("file.obj"));
+  EXPECT_THROW(BlobStore(blobs.path(), aside, blobs.path() / "none", proto::direct_reader()), std::system_error);
 }
 
 }  // namespace

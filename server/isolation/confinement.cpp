@@ -64,6 +64,7 @@ constexpr std::uint32_t kAllowed[] = {
     __NR_rt_sigreturn,
     __NR_sigaltstack,
     __NR_getpid,
+    __NR_getppid,
     __NR_gettid,
     __NR_clock_gettime,
     __NR_clock_getres,
@@ -121,7 +122,9 @@ std::vector<sock_filter> filter() {
   };
   allow_with(__NR_clone, 0, CLONE_THREAD, CLONE_THREAD);
   allow_with(__NR_tgkill, 0, UINT32_MAX, static_cast<std::uint32_t>(::getpid()));  // abort(3)
-  allow_with(__NR_newfstatat, 3, AT_EMPTY_PATH, AT_EMPTY_PATH);                    // fstat(3)
+  allow_with(__NR_prlimit64, 0, UINT32_MAX, 0);  // Its own limits, which it can but lower.
+  allow_with(__NR_prctl, 0, UINT32_MAX, PR_SET_NAME);
+  allow_with(__NR_newfstatat, 3, AT_EMPTY_PATH, AT_EMPTY_PATH);  // fstat(3)
   program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, __NR_clone3, 0, 1));
   program.push_back(give(SECCOMP_RET_ERRNO | ENOSYS));  // Then clone(2) is tried, whose flags can be looked at.
   program.push_back(give(kRefuse));
@@ -143,24 +146,28 @@ std::uint64_t address_space() {
   return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
+/// By this process when it was confined: later it can't look. 0 where that isn't known.
+std::uint64_t addresses_taken = 0;
+
 constexpr rlim_t kMostOpenFiles = 8192;  // The files that others refer to are open, too.
 
 }  // namespace
 
-bool confine(const Allowance& allowance) {
+void confine() {
+  addresses_taken = kHasShadowMemory ? 0 : address_space();
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_NOFILE, kMostOpenFiles);
+  ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  if (kArchitecture == 0) return;
+  auto program = filter();
+  const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
+  ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter);
+}
+
+bool limit_to(const Allowance& allowance) {
   limit(RLIMIT_CPU, allowance.seconds, 1);  // SIGXCPU, which tells why, comes before SIGKILL.
   limit(RLIMIT_FSIZE, allowance.written_bytes);
-  const std::uint64_t now = kHasShadowMemory ? 0 : address_space();
-  const bool limits_memory = now > 0 && limit(RLIMIT_AS, now + allowance.memory);
-  ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  if (kArchitecture != 0) {
-    auto program = filter();
-    const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
-    ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter);
-  }
-  return limits_memory;
+  return addresses_taken > 0 && limit(RLIMIT_AS, addresses_taken + allowance.memory);
 }
 
 bool can_filter_system_calls() {

@@ -11,11 +11,14 @@ struct Allowance {
   std::uint32_t seconds = 0;        ///< Of processor time.
 };
 
-/// Lets this process, which has one thread, do nothing from now on but compute within the allowance, and read and write
-/// what it has open: no new privileges, no files opened, no processes made, and where the system filters system calls
-/// (seccomp(2)) none but those that this takes. Whether the memory is limited by the allowance, rather than by what the
-/// process was given.
-bool confine(const Allowance& allowance);
+/// Lets this process, which has one thread, do nothing from now on but compute, and read and write what it has open: no
+/// new privileges, no files opened, no processes made, and where the system filters system calls (seccomp(2)) none but
+/// those that this takes.
+void confine();
+
+/// Limits a confined process. Whether the memory is limited by the allowance, rather than by what the process was
+/// given.
+bool limit_to(const Allowance& allowance);
 
 /// Whether the system filters system calls.
 bool can_filter_system_calls();

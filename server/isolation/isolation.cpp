@@ -59,12 +59,34 @@ Isolation::Isolation(Work work, std::function<void()> prepare)
     : work_(std::move(work)), prepare_(std::move(prepare)), bare_(start_zygote(work_, prepare_)) {}
 
 Isolation::~Isolation() {
+  spares_ = {};
   prepared_ = FileDescriptor();
   bare_.control = FileDescriptor();
   ::waitpid(bare_.process, nullptr, 0);
 }
 
-FileDescriptor Isolation::worker(Preparation preparation) const try {
+FileDescriptor Isolation::worker(Preparation preparation) const {
+  FileDescriptor spare;
+  {
+    const std::lock_guard lock(mutex_);
+    spare = std::exchange(spares_[static_cast<std::size_t>(preparation)], FileDescriptor());
+  }
+  pollfd looked_at{spare.value(), POLLIN, 0};
+  if (spare && ::poll(&looked_at, 1, 0) == 0) return spare;  // And hasn't ended.
+  return new_worker(preparation);
+}
+
+/// For the next request, which then needn't wait until there is one.
+void Isolation::provide_spare(Preparation preparation) const {
+  try {
+    FileDescriptor spare = new_worker(preparation);
+    const std::lock_guard lock(mutex_);
+    if (FileDescriptor& kept = spares_[static_cast<std::size_t>(preparation)]; !kept) kept = std::move(spare);
+  } catch (const NoWorker&) {  // Then the next request says so.
+  }
+}
+
+FileDescriptor Isolation::new_worker(Preparation preparation) const try {
   auto [ours, its] = make_channel();
   if (preparation == Preparation::bare) {
     if (!order(bare_.control.value(), ZygoteHears::make_worker, its)) throw NoWorker(problem());
@@ -88,6 +110,7 @@ std::variant<std::string, Isolation::Failure> Isolation::run(const Request& requ
   const FileDescriptor channel = worker(request.preparation);
   const std::stop_callback hang_up(stop, [&] { ::shutdown(channel.value(), SHUT_RDWR); });
   send_message(channel.value(), 0, request.body, request.files);
+  provide_spare(request.preparation);
   auto deadline = Clock::now() + request.patience;
   for (;;) {
     bool is_late = false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -68,12 +69,15 @@ class Isolation {
 
  private:
   FileDescriptor worker(Preparation preparation) const;
+  FileDescriptor new_worker(Preparation preparation) const;
+  void provide_spare(Preparation preparation) const;
 
   const Work work_;
   const std::function<void()> prepare_;
   ZygoteProcess bare_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   mutable FileDescriptor prepared_;
+  mutable std::array<FileDescriptor, 2> spares_;  ///< By their preparation: workers that wait for requests.
 };
 
 }  // namespace tessera::server

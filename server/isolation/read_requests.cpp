@@ -192,14 +192,9 @@ std::uint32_t decoded_number(std::string_view body) {
 
 void read_in_worker(Worker& worker, Message request) {
   const ReadRequest wanted = read_request(request.body);
-  if (worker.is_prepared()) {
-    try {
-      load_image_library();  // Which is there, unless it couldn't be loaded before: then this says why.
-    } catch (const ModuleMissing& error) {
-      return worker.done(encoded(ReadReply{.missing_library = error.what()}));
-    }
-  }
-  const bool limits_memory = confine(wanted.allowance);
+  if (!worker.why_not_prepared().empty())
+    return worker.done(encoded(ReadReply{.missing_library = worker.why_not_prepared()}));
+  const bool limits_memory = limit_to(wanted.allowance);
   ReadReply reply;
   try {
     switch (wanted.kind) {

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "server/isolation/message.h"
 
@@ -17,14 +19,16 @@ enum class WorkerSays : std::uint32_t {
   none,   ///< By the same: there can't be one, for the reason (errno) that follows.
 };
 
-/// A process of its own, made for one request, from inside. It has one thread, and of the daemon's files and memory
-/// nothing but what the request brings.
+/// A process of its own, made for one request, from inside. It is confined, has one thread, and of the daemon's files
+/// and memory nothing but what the request brings.
 class Worker {
  public:
-  Worker(int channel, bool is_prepared) : channel_(channel), is_prepared_(is_prepared) {}
+  Worker(int channel, bool is_prepared, std::string why_not_prepared)
+      : channel_(channel), is_prepared_(is_prepared), why_not_prepared_(std::move(why_not_prepared)) {}
 
-  /// Whether `Isolation::Preparation` was asked for.
+  /// Whether it was to be prepared, and why it couldn't be; empty where it could.
   bool is_prepared() const { return is_prepared_; }
+  const std::string& why_not_prepared() const { return why_not_prepared_; }
 
   /// The next thing that is said to it. Ends the process where nobody is there any more.
   Message hear() const;
@@ -34,6 +38,7 @@ class Worker {
  private:
   const int channel_;
   const bool is_prepared_;
+  const std::string why_not_prepared_;
 };
 
 /// What a worker does with its request. What it throws ends it.

@@ -22,6 +22,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "server/isolation/confinement.h"
+
 namespace tessera::server {
 namespace {
 
@@ -64,16 +66,19 @@ void say_nothing() {
 void offer_to_out_of_memory_killer() { std::ofstream("/proc/self/oom_score_adj") << 1000; }
 
 /// What is thrown ends it: above it on the stack is what the daemon does.
-[[noreturn]] void be_worker(FileDescriptor channel, const Work& work, bool is_prepared) noexcept {
-  ::prctl(PR_SET_NAME, "tessera-reader");
+[[noreturn]] void be_worker(FileDescriptor channel, const Work& work, bool is_prepared,
+                            const std::string& why_not_prepared) noexcept {
+  ::prctl(PR_SET_NAME, "tessera-spare");
   offer_to_out_of_memory_killer();
   close_files_but({channel.value()});
   for (const int signal : {SIGXFSZ, SIGXCPU}) std::signal(signal, SIG_DFL);
   sigset_t none;
   sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  Worker worker(channel.value(), is_prepared);
+  confine();
+  Worker worker(channel.value(), is_prepared, why_not_prepared);
   Message request = worker.hear();
+  ::prctl(PR_SET_NAME, "tessera-reader");
   work(worker, std::move(request));
   ::_exit(0);
 }
@@ -109,10 +114,12 @@ class Zygote {
   }
 
  private:
-  void prepare_now() const {
+  void prepare_now() {
     try {
       prepare_();
-    } catch (const std::exception&) {  // Workers try again, and say why it can't be.
+      why_not_prepared_.clear();
+    } catch (const std::exception& error) {
+      why_not_prepared_ = error.what();
     }
   }
 
@@ -127,7 +134,10 @@ class Zygote {
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);
       if (::getppid() != parent) ::_exit(0);
       channels_.clear();
-      if (what == ZygoteHears::make_worker) be_worker(std::move(channel), work_, is_prepared_);
+      if (what == ZygoteHears::make_worker) {
+        if (!why_not_prepared_.empty()) prepare_now();  // It may have been mended.
+        be_worker(std::move(channel), work_, is_prepared_, why_not_prepared_);
+      }
       close_files_but({channel.value()});
       Zygote(std::move(channel), work_, prepare_, true).run();
     }
@@ -161,6 +171,7 @@ class Zygote {
   const Work& work_;
   const std::function<void()>& prepare_;
   const bool is_prepared_;
+  std::string why_not_prepared_;
   std::map<pid_t, FileDescriptor> channels_;  ///< Of those that haven't ended; none once somebody closed its other end.
 };
 

@@ -93,7 +93,7 @@ void do_as_told(Worker& worker, Message request) {
   }
   if (what == "babble")
     for (;;) worker.ask(std::string(kLongestBody, 'x'));
-  confine(kAllowance);
+  limit_to(kAllowance);
   if (what == "spin")
     for (std::atomic<int> i = 0;; ++i) {
     }
@@ -245,6 +245,7 @@ TEST_F(IsolationTest, WhoIsStoppedIsAbandoned) {
 }
 
 TEST_F(IsolationTest, ManyAtOnceLeaveNothingOpen) {
+  EXPECT_EQ(said("echo"), "echo");  // From now on there are spare ones.
   EXPECT_EQ(said_prepared("echo"), "echo");
   const auto before = open_files();
   std::atomic<int> wrong = 0;

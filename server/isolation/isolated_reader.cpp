@@ -29,7 +29,7 @@ namespace {
 
 /// Beside what a file holds and what becomes of it: libraries, threads, buffers.
 constexpr std::uint64_t kMemoryAnyway = 512 << 20;
-/// What is read from shared memory rather than mapped: mappings are few, and have whole pages.
+/// What is copied from shared memory rather than mapped: mappings are few, and have whole pages.
 constexpr std::size_t kSmallOutcome = 256 << 10;
 constexpr std::uint32_t kTryAgain = 5;  ///< Seconds.
 
@@ -60,20 +60,21 @@ Outcome run(const Isolation& isolation, const ReadRequest& request, Isolation::P
 
 Isolation::Failure makes_no_sense() { return {Isolation::Failure::Kind::crashed, "came to nothing that makes sense"}; }
 
-/// What lies in shared memory, for as long as it is held. A std::system_error, as where it is changed at the same time.
+/// What lies in shared memory, which nobody changes any more, for as long as it is held. Nothing where somebody might.
 struct Content {
   std::span<const std::byte> bytes;
   std::shared_ptr<const void> hold;
 };
-std::optional<Content> frozen_content(const FileDescriptor& memory) {
-  if (!freeze(memory)) return std::nullopt;
+std::optional<Content> settled_content(const FileDescriptor& memory) {
   const std::uint64_t size = size_of(memory);
-  if (size > kSmallOutcome) {
-    auto mapped = map_part(memory.value(), 0, size);
-    return Content{{mapped.get(), size}, mapped};
+  if (size <= kSmallOutcome) {  // Freezing may wait for all processors.
+    const auto copy = std::make_shared<const std::vector<std::byte>>(content_of(memory, size));
+    return Content{*copy, copy};
   }
-  const auto copy = std::make_shared<const std::vector<std::byte>>(content_of(memory));
-  return Content{*copy, copy};
+  if (!freeze(memory)) return std::nullopt;
+  const std::uint64_t settled = size_of(memory);
+  auto mapped = map_part(memory.value(), 0, settled);
+  return Content{{mapped.get(), settled}, mapped};
 }
 
 FileDescriptor new_shared_memory(std::span<const std::byte> bytes = {}) try {
@@ -142,7 +143,7 @@ std::optional<Texels> texels_of(const ReadReply& reply, const FileDescriptor& ou
   if (reply.width == 0 || reply.height == 0 || reply.channels == 0 || reply.channels > 4) return std::nullopt;
   const std::uint64_t count = std::uint64_t{reply.width} * reply.height;
   if (count > most_bytes / reply.channels) return std::nullopt;
-  const auto content = frozen_content(outcome);
+  const auto content = settled_content(outcome);
   if (!content || content->bytes.size() > most_bytes ||
       content->bytes.size() != count * reply.channels * reply.channel_bytes)
     return std::nullopt;
@@ -206,8 +207,8 @@ Result<proto::Imported> IsolatedReader::import(const std::filesystem::path& path
   const Outcome done = run(isolation_, request, Isolation::Preparation::bare, files, stop,
                            [&](std::string_view asked) { return answered.find(asked); });
   if (const auto* failure = std::get_if<Isolation::Failure>(&done)) return cannot(*failure);
-  const auto content = frozen_content(outcome);
-  if (!content || !freeze(*large_images)) return cannot(makes_no_sense());
+  const auto content = settled_content(outcome);
+  if (!content) return cannot(makes_no_sense());
   const std::uint64_t large_bytes = size_of(*large_images);
   std::uint64_t offset = 0;
   const auto make_image = [&](const proto::FlatImage& image) {
@@ -258,7 +259,7 @@ Result<std::shared_ptr<const EnvironmentMap>> IsolatedReader::environment(const 
   const std::array files{input.value(), outcome.value()};
   const Outcome done = run(isolation_, request, Isolation::Preparation::prepared, files, stop);
   if (const auto* failure = std::get_if<Isolation::Failure>(&done)) return cannot(sentence(*failure));
-  const auto content = frozen_content(outcome);
+  const auto content = settled_content(outcome);
   if (!content) return cannot(sentence(makes_no_sense()));
   try {
     return proto::unflatten_environment(content->bytes);

@@ -59,7 +59,7 @@ Isolation::Isolation(Work work, std::function<void()> prepare)
     : work_(std::move(work)), prepare_(std::move(prepare)), bare_(start_zygote(work_, prepare_)) {}
 
 Isolation::~Isolation() {
-  spares_ = {};
+  for (FileDescriptor& spare : spares_) spare = FileDescriptor();
   prepared_ = FileDescriptor();
   bare_.control = FileDescriptor();
   ::waitpid(bare_.process, nullptr, 0);
@@ -110,7 +110,6 @@ std::variant<std::string, Isolation::Failure> Isolation::run(const Request& requ
   const FileDescriptor channel = worker(request.preparation);
   const std::stop_callback hang_up(stop, [&] { ::shutdown(channel.value(), SHUT_RDWR); });
   send_message(channel.value(), 0, request.body, request.files);
-  provide_spare(request.preparation);
   auto deadline = Clock::now() + request.patience;
   for (;;) {
     bool is_late = false;
@@ -127,6 +126,7 @@ std::variant<std::string, Isolation::Failure> Isolation::run(const Request& requ
         break;
       }
       case WorkerSays::done:
+        provide_spare(request.preparation);  // Now, as making it takes processors from who works.
         return said->body;
       case WorkerSays::ended:
         return failure(number_in(*said));

@@ -29,7 +29,8 @@ class NoWorker : public std::runtime_error {
 /// harm to this one. Safe to use from any number of threads.
 class Isolation {
  public:
-  /// Starts what makes them. `prepare` is what processes that are to be prepared have done before they are made.
+  /// Starts what makes them. `prepare` is what is done for processes that are to be prepared, before they are made and
+  /// once more in each of them, which then has what that takes at hand.
   /// Precondition: this process has one thread. Throws std::system_error.
   Isolation(Work work, std::function<void()> prepare);
   Isolation(const Isolation&) = delete;

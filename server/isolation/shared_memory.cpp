@@ -66,8 +66,8 @@ std::shared_ptr<std::byte[]> map_to_write(int memory, std::size_t bytes) {
   return map(memory, 0, bytes, PROT_READ | PROT_WRITE, MAP_SHARED);
 }
 
-std::vector<std::byte> content_of(const FileDescriptor& memory) {
-  std::vector<std::byte> bytes(size_of(memory));
+std::vector<std::byte> content_of(const FileDescriptor& memory, std::uint64_t count) {
+  std::vector<std::byte> bytes(count);
   for (std::size_t there = 0; there < bytes.size();) {
     const ssize_t got = ::pread(memory.value(), bytes.data() + there, bytes.size() - there, static_cast<off_t>(there));
     if (got < 0 && errno == EINTR) continue;

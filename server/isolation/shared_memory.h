@@ -32,7 +32,7 @@ std::shared_ptr<const std::byte[]> map_part(int file, std::uint64_t offset, std:
 /// Shared memory of that size to write to. Throws std::bad_alloc where there isn't so much.
 std::shared_ptr<std::byte[]> map_to_write(int memory, std::size_t bytes);
 
-/// A copy of all of it.
-std::vector<std::byte> content_of(const FileDescriptor& memory);
+/// A copy of its first bytes. A std::system_error where there aren't so many.
+std::vector<std::byte> content_of(const FileDescriptor& memory, std::uint64_t bytes);
 
 }  // namespace tessera::server

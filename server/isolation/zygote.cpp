@@ -135,7 +135,7 @@ class Zygote {
       if (::getppid() != parent) ::_exit(0);
       channels_.clear();
       if (what == ZygoteHears::make_worker) {
-        if (!why_not_prepared_.empty()) prepare_now();  // It may have been mended.
+        if (is_prepared_) prepare_now();  // What it touches is then this process's own before a request comes.
         be_worker(std::move(channel), work_, is_prepared_, why_not_prepared_);
       }
       close_files_but({channel.value()});

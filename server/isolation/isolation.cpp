@@ -106,6 +106,15 @@ FileDescriptor Isolation::new_worker(Preparation preparation) const try {
 
 std::variant<std::string, Isolation::Failure> Isolation::run(const Request& request, const std::stop_token& stop,
                                                              const AnswerTo& answer) const {
+  try {
+    return run_once(request, stop, answer);
+  } catch (const NoWorker&) {  // A spare one may have gone with the zygote that made it.
+    return run_once(request, stop, answer);
+  }
+}
+
+std::variant<std::string, Isolation::Failure> Isolation::run_once(const Request& request, const std::stop_token& stop,
+                                                                  const AnswerTo& answer) const {
   proto::throw_if_abandoned(stop);
   const FileDescriptor channel = worker(request.preparation);
   const std::stop_callback hang_up(stop, [&] { ::shutdown(channel.value(), SHUT_RDWR); });

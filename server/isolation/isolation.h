@@ -53,7 +53,7 @@ class Isolation {
     std::string how;
   };
 
-  /// Answers a worker's question; files stay the caller's.
+  /// Answers a worker's question, which may be asked again of another one; files stay the caller's.
   struct Answer {
     std::string body;
     std::vector<int> files;
@@ -69,6 +69,8 @@ class Isolation {
   std::string problem() const;
 
  private:
+  std::variant<std::string, Failure> run_once(const Request& request, const std::stop_token& stop,
+                                              const AnswerTo& answer) const;
   FileDescriptor worker(Preparation preparation) const;
   FileDescriptor new_worker(Preparation preparation) const;
   void provide_spare(Preparation preparation) const;

@@ -1,5 +1,6 @@
 #include "server/isolation/isolation.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>

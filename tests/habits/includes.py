@@ -50,7 +50,7 @@ LIBRARIES = {
     "server/metrics": ["prometheus/"],
     "client": ["boost/", "nlohmann/", "openssl/", "CLI/"],
     "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "draco/", "meshoptimizer.h", "xmmintrin.h"],
-    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/", "malloc.h"],
+    "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/", "malloc.h", "png.h"],
 }
 
 # POSIX, for the parts that talk to the system.

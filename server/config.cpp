@@ -175,6 +175,11 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
   size("--max-scene-bytes", config.max_scene_bytes,
        "Stored scenes together; the longest unused go, but for those that unfinished jobs need; 0: all that fit");
   age("--max-scene-age", config.max_scene_age, "How long stored scenes stay unused");
+  size("--max-image-bytes", config.max_image_bytes,
+       "Finished images on disk together, before they are encoded; the oldest go; 0: all that fit");
+  age("--max-image-age", config.max_image_age, "How long finished images stay");
+  age("--max-job-age", config.max_job_age, "How long jobs that have ended stay");
+  age("--max-job-seconds", config.max_job_seconds, "How long a job may be worked on before it fails");
   flag("--max-pixels", config.documents.max_pixels, "Most pixels of an image")->check(kNotNegative)->check(kAtLeast1);
   flag("--max-samples", config.documents.max_samples, "Most samples of an image")
       ->check(kNotNegative)

@@ -49,6 +49,10 @@ struct Config {
   std::uint64_t max_blob_age = 0;                      ///< Seconds since one was used; 0 is no limit.
   std::uint64_t max_scene_bytes = 0;                   ///< The same of stored scenes.
   std::uint64_t max_scene_age = 0;
+  std::uint64_t max_image_bytes = 0;  ///< The same of finished images,
+  std::uint64_t max_image_age = 0;    ///< but since the job has ended.
+  std::uint64_t max_job_age = 0;      ///< Seconds since a job has ended; 0 is no limit.
+  std::uint64_t max_job_seconds = 0;  ///< That may be worked on a job; 0 is no limit.
   proto::Limits documents;
 
   std::uint64_t min_free_disk = 256ULL << 20;  ///< With less the server isn't ready.

@@ -98,9 +98,13 @@ JobTable::Limits job_limits(const Config& config) {
   return {config.max_jobs, config.max_ended_jobs, config.max_film_memory};
 }
 
-Upkeep::Limits retention(const Config& config) {
+Upkeep::Limits retention(const Config& config, JobTable& jobs) {
+  const JobTable::Retention of_jobs{std::chrono::seconds(config.max_job_age),
+                                    std::chrono::seconds(config.max_image_age), config.max_image_bytes,
+                                    std::chrono::seconds(config.max_job_seconds)};
   return {{config.max_blob_bytes, std::chrono::seconds(config.max_blob_age)},
-          {config.max_scene_bytes, std::chrono::seconds(config.max_scene_age)}};
+          {config.max_scene_bytes, std::chrono::seconds(config.max_scene_age)},
+          [&jobs, of_jobs] { jobs.look_after(of_jobs); }};
 }
 
 /// Everything behind the sockets, wired together.
@@ -128,7 +132,7 @@ struct Backend {
         runner(scheduler, structures, jobs, std::chrono::steady_clock::now, JobFiles{films, folder.tiles(), writers}),
         services{config, keys,   owners,  quotas,    blobs,      scenes,  jobs,  known_jobs, images,
                  runner, ledger, starter, scheduler, structures, journal, films, isolation},
-        upkeep(blobs, scenes, retention(config)) {
+        upkeep(blobs, scenes, retention(config, jobs)) {
     remove_what_nobody_needs();
     ledger.when_freed([this] { starter.look(); });
     for (const std::string& id : unfinished) starter.add(id);

@@ -273,7 +273,9 @@ struct EventKind {
   std::string_view operator()(const JobEvent::Rendering&) const { return "rendering"; }
   std::string_view operator()(const JobEvent::Ended& ended) const { return proto::name(ended.state); }
   std::string_view operator()(const JobEvent::ImageGone&) const { return "image_gone"; }
-  std::string_view operator()(const JobEvent::Removed&) const { return "removed"; }
+  std::string_view operator()(const JobEvent::Removed& removed) const {
+    return removed.expired ? "expired" : "removed";
+  }
 };
 
 struct EventStep {
@@ -297,6 +299,7 @@ decltype(JobEvent::what) read_what(std::string_view kind, const json& body) {
   if (kind == "rendering") return JobEvent::Rendering{read_structure_use(body.at("structure"))};
   if (kind == "image_gone") return JobEvent::ImageGone{};
   if (kind == "removed") return JobEvent::Removed{};
+  if (kind == "expired") return JobEvent::Removed{.expired = true};
   const auto state = proto::job_state(kind);
   if (!state || !proto::has_ended(*state)) throw std::runtime_error("no event is called " + std::string(kind));
   return JobEvent::Ended{*state,

@@ -42,7 +42,10 @@ struct JobEvent {
   };
   /// The image of a job that has ended has been given up, on disk as well.
   struct ImageGone {};
-  struct Removed {};
+  /// It was deleted, or has `expired`.
+  struct Removed {
+    bool expired = false;
+  };
 
   std::chrono::system_clock::time_point time;
   /// Since the job was queued. Clocks of the system are set back now and then.

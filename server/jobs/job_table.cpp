@@ -21,6 +21,9 @@ using proto::ProblemCode;
 
 namespace {
 
+/// Of which it is kept in mind that they were there.
+constexpr std::size_t kMostExpired = 10'000;
+
 std::size_t index_of(JobState state) { return static_cast<std::size_t>(state); }
 
 /// Whether the state machine has this edge.
@@ -495,13 +498,52 @@ void JobTable::has_been_written(const std::string& id, const JobEvent& end, cons
 
 void JobTable::forget_oldest(Aftermath& after) {
   try {
-    while (ended_.size() > limits_.ended_jobs) {
-      const auto oldest = jobs_.find(ended_.front());
-      if (oldest->second.is_written)
-        write(oldest->first, now(oldest->second, JobEvent::Removed{}), Journal::OnFailure::retry, false);
-      drop(oldest, after);
-    }
+    while (ended_.size() > limits_.ended_jobs) expire(jobs_.find(ended_.front()), after);
   } catch (const std::bad_alloc&) {  // The next job that ends makes up for it.
+  }
+}
+
+void JobTable::expire(Jobs::iterator ended, Aftermath& after) {
+  remember_expired(ended->first);
+  if (ended->second.is_written)
+    write(ended->first, now(ended->second, JobEvent::Removed{.expired = true}), Journal::OnFailure::retry, false);
+  drop(ended, after);
+}
+
+void JobTable::remember_expired(const std::string& id) {
+  expired_.insert(id);
+  if (expired_.size() > kMostExpired) expired_.erase(expired_.begin());  // Ids grow.
+}
+
+Problem JobTable::absent(const std::string& id) const {
+  if (!expired_.contains(id)) return no_such_job();
+  return {
+      ProblemCode::gone, "The job has expired: the server keeps only so many, and for so long. Submit it again.", {}};
+}
+
+void JobTable::look_after(const Retention& retention, JobTimes::Clock::time_point now_is) {
+  const auto is_over = [&](std::chrono::seconds limit, const std::optional<JobTimes::Clock::time_point>& since) {
+    return limit.count() > 0 && since && now_is - *since > limit;
+  };
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, job] : jobs_)
+    if (!proto::has_ended(job.view.state) && is_over(retention.work, job.view.times.preparing) && find_at_work(id))
+      finish(job, {JobState::failed, "It took longer than a job may here (--max-job-seconds)."}, after);
+  while (!ended_.empty() && is_over(retention.job_age, jobs_.find(ended_.front())->second.view.times.ended))
+    expire(jobs_.find(ended_.front()), after);
+  std::uint64_t on_disk = 0;
+  for (const std::string& id : ended_)
+    if (const Job& job = jobs_.find(id)->second; job.has_image) on_disk += job.film_bytes;
+  for (const std::string& id : ended_) {
+    Job& job = jobs_.find(id)->second;
+    if (!job.has_image) continue;
+    const bool is_too_much = retention.image_bytes > 0 && on_disk > retention.image_bytes;
+    if (!is_too_much && !is_over(retention.image_age, job.view.times.ended)) break;
+    on_disk -= job.film_bytes;
+    const JobEvent event = now(job, JobEvent::ImageGone{});
+    apply(id, event, after);
+    write(id, event, Journal::OnFailure::retry, false);
   }
 }
 
@@ -597,7 +639,7 @@ proto::Result<JobView> JobTable::cancel(const std::string& id) {
     Aftermath after;
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(id);
-    if (found == jobs_.end()) return no_such_job();
+    if (found == jobs_.end()) return absent(id);
     is_mine = finish(found->second, {JobState::canceled}, after);
     if (!proto::has_ended(found->second.view.state)) written = found->second.ending;
   }
@@ -616,7 +658,7 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
     Aftermath after;
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(id);
-    if (found == jobs_.end()) return no_such_job();
+    if (found == jobs_.end()) return absent(id);
     const Job& job = found->second;
     if (!proto::has_ended(job.view.state))
       return Problem{ProblemCode::job_still_active,
@@ -640,14 +682,14 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
 proto::Result<JobView> JobTable::find(const std::string& id) const {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
-  if (found == jobs_.end()) return no_such_job();
+  if (found == jobs_.end()) return absent(id);
   return found->second.view;
 }
 
 proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id) const {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
-  if (found == jobs_.end()) return no_such_job();
+  if (found == jobs_.end()) return absent(id);
   const Job& job = found->second;
   if (job.film || job.has_image) return job.film;
   if (job.view.image == proto::ImageState::gone)
@@ -793,6 +835,8 @@ void JobTable::restore(const std::string& id, const JobEvent& event, std::uint64
     Job& job = found->second;
     job.view.progress = job.progress = std::make_shared<Progress>(ended->figures);
   }
+  if (const auto* removed = std::get_if<JobEvent::Removed>(&event.what); removed && removed->expired)
+    remember_expired(id);
   apply(id, event, after);
   announce(id, step_of(event), seq, after);
   events_.begin_after(seq);

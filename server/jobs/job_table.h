@@ -151,7 +151,7 @@ class JobTable {
   /// Forgets a job that has ended, or says why not. Waits for that to be written down.
   std::optional<proto::Problem> remove(const std::string& id);
 
-  /// `not_found` for an unknown id.
+  /// `not_found` for an unknown id, `gone` for that of a job that has expired.
   proto::Result<JobView> find(const std::string& id) const;
 
   /// Whether a job is in the journal.
@@ -214,6 +214,16 @@ class JobTable {
     std::uint64_t passes_bytes;                   ///< and what passes take.
   };
   Usage usage();
+
+  /// How long what has ended stays, and work may take; 0 is no limit.
+  struct Retention {
+    std::chrono::seconds job_age{0};    ///< Since a job has ended; then it expires.
+    std::chrono::seconds image_age{0};  ///< The same for its image alone.
+    std::uint64_t image_bytes = 0;      ///< Of all images that are on disk; the oldest give way.
+    std::chrono::seconds work{0};       ///< Since work on a job has begun; then it fails.
+  };
+  /// Has that be so at this moment. To be called now and then.
+  void look_after(const Retention& retention, JobTimes::Clock::time_point now = JobTimes::Clock::now());
 
   /// In force for what comes from now on: nothing ends, or is refused afterwards, because of smaller ones.
   void set_limits(const Limits& limits);
@@ -307,6 +317,11 @@ class JobTable {
   void has_been_queued(const std::string& id, const Outcome& outcome);
   /// Forgets those that ended first, if there are too many.
   void forget_oldest(Aftermath& after);
+  /// Forgets one that has ended, and keeps in mind that it was there.
+  void expire(Jobs::iterator ended, Aftermath& after);
+  void remember_expired(const std::string& id);
+  /// Why a job can't be found.
+  proto::Problem absent(const std::string& id) const;
   /// Forgets a job that has ended.
   void drop(Jobs::iterator ended, Aftermath& after);
   /// Drops the film of a job that has ended and has one.
@@ -340,6 +355,7 @@ class JobTable {
   std::condition_variable_any copy_gone_;
   std::map<std::string, std::string> retries_;  ///< Ids of jobs by the keys that they were sent with.
   std::set<std::string> claimed_;               ///< Keys of requests in progress.
+  std::set<std::string> expired_;               ///< The latest jobs that have.
   std::uint32_t unfinished_ = 0;
   std::array<std::uint32_t, 6> by_state_{};  ///< Jobs, indexed by `JobState`.
   std::uint64_t last_time_ = 0;

@@ -220,6 +220,11 @@ std::unique_ptr<JournalDatabase> open_journal(const std::filesystem::path& file)
                              "PRAGMA user_version = " + std::to_string(from + 1) + ";COMMIT;";
     database->run(step.c_str());
   }
+  // That jobs are gone is kept in mind of so many.
+  database->run(
+      "DELETE FROM events WHERE kind IN ('removed', 'expired') AND seq < (SELECT coalesce(min(seq), 0) FROM (SELECT "
+      "seq "
+      "FROM events WHERE kind IN ('removed', 'expired') ORDER BY seq DESC LIMIT 10000))");
   sync_folder(file.parent_path());
   return database;
 }

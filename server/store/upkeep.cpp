@@ -38,6 +38,7 @@ void Upkeep::work_on(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
     try {
+      limits_.look_after_jobs();
       if (UpkeepClock::now() >= next_sweep || blobs_.shelf().has_outgrown(limits_.blobs) ||
           scenes_.shelf().has_outgrown(limits_.scenes)) {
         next_sweep = UpkeepClock::now() + kBetweenSweeps;

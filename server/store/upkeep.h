@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -11,12 +12,13 @@
 
 namespace tessera::server {
 
-/// What is done about the data folder beside all requests, on a thread of its own: scenes and blobs go that are beyond
-/// their limits, but for those that unfinished jobs, or stored scenes, need; and the disk is looked at.
+/// What is done beside all requests, on a thread of its own: jobs and images go that are beyond their limits, and then
+/// scenes and blobs, but for those that unfinished jobs, or stored scenes, need.
 class Upkeep {
  public:
   struct Limits {
     Shelf::Limits blobs, scenes;
+    std::function<void()> look_after_jobs = [] {};
   };
   /// Begins at once. The others live longer.
   Upkeep(BlobStore& blobs, SceneStore& scenes, const Limits& limits);

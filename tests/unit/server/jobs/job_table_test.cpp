@@ -501,6 +501,72 @@ TEST(JournaledJobs, AreThereAgain) {
   EXPECT_LT(begun, (*table.add(written_order())).id);
 }
 
+using namespace std::chrono_literals;
+
+TEST(JobTable, WhatHasEndedStaysForAWhile) {
+  JobTable table(kRoomy);
+  const std::string ended = add(table), later = add(table), unfinished = add(table);
+  ASSERT_TRUE(table.cancel(ended));
+  const auto end = *(*table.find(ended)).times.ended;
+  table.look_after({.job_age = 60s}, end + 60s);
+  EXPECT_TRUE(table.find(ended)) << "not yet";
+  ASSERT_TRUE(table.fail(later, "no luck"));
+  table.look_after({}, end + 1000h);
+  EXPECT_TRUE(table.find(ended)) << "there is no limit";
+  const auto between = end + (*(*table.find(later)).times.ended - end) / 2;
+  table.look_after({.job_age = 60s}, between + 60s);
+  EXPECT_EQ(table.find(ended).problem().code, ProblemCode::gone);
+  EXPECT_EQ(table.cancel(ended).problem().code, ProblemCode::gone);
+  EXPECT_TRUE(table.find(later));
+  EXPECT_TRUE(table.find(unfinished));
+  EXPECT_EQ(table.find("never").problem().code, ProblemCode::not_found);
+  ASSERT_FALSE(table.remove(later));
+  EXPECT_EQ(table.find(later).problem().code, ProblemCode::not_found) << "who deletes it knows";
+}
+
+TEST(JobTable, WorkHasItsTime) {
+  JobTable table(kRoomy);
+  const std::string queued = add(table), at_work = add(table);
+  ASSERT_TRUE(table.start_preparing(at_work));
+  const auto begun = *(*table.find(at_work)).times.preparing;
+  table.look_after({.work = 10s}, begun + 10s);
+  EXPECT_EQ(state(table, at_work), JobState::preparing);
+  table.look_after({.work = 10s}, begun + 11s);
+  EXPECT_EQ(state(table, at_work), JobState::failed);
+  EXPECT_NE((*table.find(at_work)).error.find("--max-job-seconds"), std::string::npos);
+  EXPECT_EQ(state(table, queued), JobState::queued) << "waiting isn't work";
+}
+
+TEST(JournaledJobs, ImagesGiveWayAndJobsExpireForTheNextDaemonToo) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "journal.db";
+  std::vector<std::string> forgotten, jobs;
+  const auto forget = [&](const std::string& id) { forgotten.push_back(id); };
+  {
+    Journal journal(file);
+    JobTable table(kRoomy, &journal, forget);
+    for (int i = 0; i < 3; ++i) {
+      jobs.push_back((*table.add(written_order())).id);
+      ASSERT_TRUE(table.start_preparing(jobs[i]) && table.start_rendering(jobs[i], std::nullopt, film()));
+      ASSERT_TRUE(table.complete(jobs[i], std::nullopt, {.on_disk = true}));
+      await(table, jobs[i]);
+    }
+    table.look_after({.image_bytes = 2 * image_bytes(written_order().settings)});
+    EXPECT_EQ(forgotten, std::vector{jobs[0]}) << "the oldest";
+    EXPECT_EQ(image(table, jobs[0]), proto::ImageState::gone);
+    EXPECT_EQ(image(table, jobs[1]), proto::ImageState::complete);
+    const auto between = *(*table.find(jobs[0])).times.ended + 1ns;
+    table.look_after({.job_age = 60s}, between + 60s);
+  }
+  Journal journal(file);
+  JobTable table(kRoomy, &journal, forget);
+  restore(journal, table);
+  EXPECT_EQ(table.find(jobs[0]).problem().code, ProblemCode::gone);
+  EXPECT_EQ(image(table, jobs[1]), proto::ImageState::complete);
+  table.look_after({.image_age = 1s}, JobTimes::Clock::now() + 1h);
+  EXPECT_EQ(image(table, jobs[2]), proto::ImageState::gone);
+}
+
 TEST(JournaledJobs, AreRefusedWhereTheyCannotBeWrittenDown) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "journal.db", aside = folder.path() / "aside.db";

@@ -129,6 +129,7 @@ std::unique_ptr<TileRenderer> TileRenderer::split() {
 }
 
 bool TileRenderer::finish() {
+  const StrictFloats strict;
   const std::lock_guard lock(shared_->mutex);
   shared_->result.rays += rays_;
   shared_->result.tests += tests_;

@@ -252,6 +252,15 @@ class OpenApiTest(unittest.TestCase):
             self.ask(daemon, 410, "get", "/v1/jobs/{id}/image", id=gone)
             self.ask(daemon, 200, "get", "/v1/jobs/{id}", id=gone)
 
+        with Daemon("--max-ended-jobs", "1") as daemon:
+            expired = daemon.submit(SMALL_JOB)
+            daemon.wait_ended(expired)
+            daemon.wait_ended(daemon.submit(SMALL_JOB))
+            self.ask(daemon, 410, "delete", "/v1/jobs/{id}", id=expired)
+            self.ask(daemon, 410, "post", "/v1/jobs/{id}/cancel", id=expired)
+            for path in ("", "/plan", "/stats", "/image", "/events"):
+                self.ask(daemon, 410, "get", f"/v1/jobs/{{id}}{path}", id=expired)
+
     def exercise_events(self):
         """One stream ends with its job, the others with the daemon."""
         with Daemon("--max-connections", "2") as daemon:

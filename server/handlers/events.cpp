@@ -285,6 +285,7 @@ Response watch_job(Services& services, Request& request) {
 }
 
 Response watch_jobs(Services& services, Request& request) {
+  if (const auto problem = refuse_watcher(services)) return problem_response(*problem);
   const EventFeed& feed = services.jobs.events();
   return event_stream(std::make_shared<AllEvents>(services, request, told_before(feed, request).value_or(feed.last())));
 }

@@ -13,6 +13,7 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
@@ -24,6 +25,11 @@ constexpr std::chrono::milliseconds kPause{50};
 /// What a peer may take to get on while others wait for its place: much more than a request takes whose sender doesn't
 /// dawdle.
 constexpr std::chrono::milliseconds kPatience{250};
+
+bool is_anyone_waiting(const FileDescriptor& listening) {
+  pollfd poll{listening.value(), POLLIN, 0};
+  return ::poll(&poll, 1, 0) > 0;
+}
 
 std::string why(int error) { return std::generic_category().message(error); }
 
@@ -57,7 +63,7 @@ Detached accept_all(EventLoop& loop, const FileDescriptor& listening, Connection
   while (!connections.services.shutting_down) {
     channel.never_expires();
     if (connections.open >= connections.services.most_connections) {
-      if (loop.make_room(kPatience)) {
+      if (is_anyone_waiting(listening) && loop.make_room(kPatience)) {
         if (!std::exchange(is_crowded, true))
           spdlog::warn("{} connections are open, as many as may be: those that wait for their peers longest are closed",
                        connections.open.load());

@@ -297,7 +297,7 @@ TEST(JobTable, ForgetsWhatEndedFirst) {
   ASSERT_TRUE(table.fail(third, "no luck"));
   EXPECT_TRUE(table.find(second));
   ASSERT_TRUE(table.cancel(first));  // Came first, but ends last.
-  EXPECT_EQ(table.find(second).problem().code, ProblemCode::not_found);
+  EXPECT_EQ(table.find(second).problem().code, ProblemCode::gone);
   EXPECT_TRUE(picture.expired());
   EXPECT_EQ(state(table, third), JobState::failed);
   EXPECT_EQ(state(table, first), JobState::canceled);

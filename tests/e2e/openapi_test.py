@@ -267,10 +267,11 @@ class OpenApiTest(unittest.TestCase):
             job = daemon.submit(ENDLESS_PIXEL)
             first = daemon.connect()
             first.request("GET", "/v1/events")
-            first.getresponse().read(1)
+            watching = first.getresponse()  # The connection is its own by now.
+            watching.read(1)
             self.ask(daemon, 503, "get", "/v1/events")
             self.ask(daemon, 503, "get", "/v1/jobs/{id}/events", id=job)
-            first.close()
+            watching.close()
         with Daemon() as daemon:
             job = daemon.submit(SMALL_JOB)
             stream = self.ask(daemon, 200, "get", "/v1/jobs/{id}/events", id=job)

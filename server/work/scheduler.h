@@ -158,15 +158,15 @@ class Scheduler {
   std::condition_variable may_wait_;  ///< A step may have to wait.
   std::condition_variable idle_;      ///< None is in progress.
   TurnOrder order_;                   ///< Of jobs that have steps to be done.
-  Job nobody_;
-  std::vector<Step*> at_work_;  ///< Has room for all.
-  std::size_t long_steps_ = 0;  ///< Of those at work.
+  std::vector<Step*> at_work_;        ///< Has room for all.
+  std::size_t long_steps_ = 0;        ///< Of those at work.
   bool closed_ = false;
   Clock::time_point next_look_;                 ///< For batches that have been stopped.
   std::atomic<bool> some_stopped_ = false;      ///< Batches, since this was looked at last. Needs no lock,
   std::atomic<bool> has_idle_threads_ = false;  ///< nor does this.
   Clock::time_point accounted_ = Clock::now();  ///< Up to when these are right, of all threads together:
   Clock::duration busy_time_{}, starved_time_{}, idle_time_{};
+  Job nobody_;                         ///< Opened when all of that is there.
   std::vector<std::jthread> threads_;  ///< Has room for all.
   std::jthread watch_;                 ///< It alone adds threads later.
 };

@@ -23,6 +23,7 @@ namespace {
 
 using proto::JobState;
 constexpr std::chrono::seconds kLong{60};
+constexpr std::chrono::milliseconds kMoment{100};
 
 /// Everything that a job needs, with a way to make structures of the test's choosing.
 class JobRunnerTest : public testing::Test {
@@ -280,13 +281,12 @@ TEST_F(JobRunnerTest, TilesWithoutAnEndLeaveTurnsToOthers) {
   EXPECT_EQ(ended(start(camera)).state, JobState::completed);
 }
 
-/// From its third question on, one thread waits until there is another one.
+/// Between two of its questions a thread gives parts away, so each waits a moment for another one: that may begin late.
 TEST_F(JobRunnerTest, ThreadsThatHaveNothingToDoTakePartsOfATile) {
   struct Crowd {
     std::mutex mutex;
     std::condition_variable changed;
     std::set<std::thread::id> threads;
-    int questions = 0;
   } crowd;
   struct AskedByTwo : Accel {
     AskedByTwo(std::unique_ptr<const Accel> of, Crowd& who) : inner(std::move(of)), crowd(who) {}
@@ -294,7 +294,7 @@ TEST_F(JobRunnerTest, ThreadsThatHaveNothingToDoTakePartsOfATile) {
       std::unique_lock lock(crowd.mutex);
       crowd.threads.insert(std::this_thread::get_id());
       crowd.changed.notify_all();
-      if (++crowd.questions > 2) crowd.changed.wait_for(lock, kLong, [&] { return crowd.threads.size() > 1; });
+      crowd.changed.wait_for(lock, kMoment, [&] { return crowd.threads.size() > 1; });
       lock.unlock();
       inner->closest_fan(fan, hits, log, among);
     }

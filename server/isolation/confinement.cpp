@@ -36,6 +36,12 @@ constexpr std::uint32_t kArchitecture = 0;  // Of which nothing is known here: t
 
 /// Memory, threads, what is open, the time, and the end.
 constexpr std::uint32_t kAllowed[] = {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    __NR_pipe2,  // By which sanitizers find out whether memory may be read.
+#if defined(__NR_pipe)
+    __NR_pipe,
+#endif
+#endif
     __NR_read,
     __NR_write,
     __NR_readv,

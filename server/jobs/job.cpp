@@ -14,8 +14,8 @@ namespace {
 /// As long as there is no image, however little is left.
 constexpr double kMostBeforeTheImage = 0.99;
 
-/// The part by which the time that is left is more or less than the speed so far makes it, four times in five
-/// (tests/bench eta), and the seconds that the end takes by itself.
+/// The part by which the time that is left is taken to be more or less than the speed so far makes it (`tests/bench
+/// eta` tells how often it is), and the seconds that the end takes by itself.
 constexpr double kSpeedVaries = 0.25, kToFinish = 0.05;
 
 constexpr std::array kRays{&RayCounts::camera,        &RayCounts::camera_hits, &RayCounts::reflection,

@@ -168,12 +168,12 @@ struct Backend {
   JobTable jobs;
   const std::vector<std::string> unfinished;  ///< Jobs of earlier daemons that hadn't ended.
   Ledger ledger;
+  JobStarter starter{services};  ///< Outlives all work, whose end it is told of.
   KnownJobs known_jobs;
   ImageCache images;
   Scheduler scheduler;
   Scheduler writers;  ///< Of images.
   JobRunner runner;
-  JobStarter starter{services};
   Services services;
   Upkeep upkeep;  ///< Last, when jobs hold the files that they need.
 };

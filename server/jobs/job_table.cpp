@@ -532,6 +532,7 @@ void JobTable::look_after(const Retention& retention, JobTimes::Clock::time_poin
       finish(job, {JobState::failed, "It took longer than a job may here (--max-job-seconds)."}, after);
   while (!ended_.empty() && is_over(retention.job_age, jobs_.find(ended_.front())->second.view.times.ended))
     expire(jobs_.find(ended_.front()), after);
+  if (retention.image_bytes == 0 && retention.image_age.count() == 0) return;
   std::uint64_t on_disk = 0;
   for (const std::string& id : ended_)
     if (const Job& job = jobs_.find(id)->second; job.has_image) on_disk += job.film_bytes;

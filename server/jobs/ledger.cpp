@@ -19,11 +19,11 @@ struct Ledger::Booking {
 };
 
 std::shared_ptr<const void> Ledger::book(const Need& need) {
-  std::shared_ptr<const void> booking;
+  std::shared_ptr<const void> booking, shared;  // What fails ends when the lock has been given back.
   {
     const std::lock_guard lock(mutex_);
     const auto known = shared_.find(need.shared_key);
-    std::shared_ptr<const void> shared = known == shared_.end() ? nullptr : known->second.lock();
+    if (known != shared_.end()) shared = known->second.lock();
     const std::uint64_t bytes = need.own_bytes + (shared ? 0 : need.shared_bytes);
     if (bytes > limit_ - std::min(booked_, limit_)) return nullptr;
     if (!shared) {
@@ -31,7 +31,7 @@ std::shared_ptr<const void> Ledger::book(const Need& need) {
       booked_ += need.shared_bytes;
       shared_[need.shared_key] = shared;
     }
-    booking = std::make_shared<const Booking>(*this, "", need.own_bytes, std::move(shared));
+    booking = std::make_shared<const Booking>(*this, "", need.own_bytes, shared);
     booked_ += need.own_bytes;
   }
   shrink_caches();

@@ -1,17 +1,17 @@
 #include "server/store/owners.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <optional>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fcntl.h>
 
 #include "server/store/file_descriptor.h"
+#include "server/store/received_file.h"
+#include "server/store/storage_error.h"
 
 namespace tessera::server {
 namespace fs = std::filesystem;
@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kKindOfHash = "sha256:";
-
-void sync_owners_folder(const fs::path& folder) {
-  const FileDescriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!fd || ::fsync(fd.value()) != 0) throw std::system_error(errno, std::generic_category(), folder.string());
-}
 
 std::string digits_of(const proto::ContentHash& hash) { return hash.substr(kKindOfHash.size()); }
 
@@ -56,11 +51,11 @@ Owners::Owners(fs::path folder) : folder_(std::move(folder)) {
 void Owners::add(const std::string& owner, const proto::ContentHash& hash, std::uint64_t bytes) {
   if (owner.empty() || has(owner, hash)) return;
   const fs::path folder = folder_ / owner;
-  if (fs::create_directory(folder)) sync_owners_folder(folder_);
+  if (fs::create_directory(folder)) sync_folder(folder_);
   const fs::path path = folder / (digits_of(hash) + '.' + std::to_string(bytes));
   const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
-  if (!file) throw std::system_error(errno, std::generic_category(), path.string());
-  sync_owners_folder(folder);
+  if (!file) throw_storage_error("cannot make " + path.string());
+  sync_folder(folder);
   const std::lock_guard lock(mutex_);
   Holding& holding = holdings_[owner];
   if (holding.bytes.emplace(digits_of(hash), bytes).second) holding.total += bytes;

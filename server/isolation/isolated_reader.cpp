@@ -178,6 +178,15 @@ TextureImage::Decoded decode_isolated(const Isolation& isolation, const ImageSou
   throw NoWorker(no_worker(why).detail);
 }
 
+/// What kept a file from being read, told in its handler; whatever else it is goes on.
+Problem problem_caught(std::string_view display_name) try { throw; } catch (const NoWorker& why) {
+  return no_worker(why);
+} catch (const std::bad_alloc&) {
+  return no_memory(display_name);
+} catch (const ModuleMissing& error) {
+  return Problem{ProblemCode::internal_error, error.what(), {}};
+}
+
 std::uint64_t file_size(const FileDescriptor& file) { return file ? size_of(file) : 0; }
 
 }  // namespace
@@ -231,12 +240,8 @@ Result<proto::Imported> IsolatedReader::import(const std::filesystem::path& path
   } catch (const proto::NotFlat&) {
     return cannot(makes_no_sense());
   }
-} catch (const NoWorker& why) {
-  return no_worker(why);
-} catch (const std::bad_alloc&) {
-  return no_memory(display_name);
-} catch (const ModuleMissing& error) {
-  return Problem{ProblemCode::internal_error, error.what(), {}};
+} catch (...) {
+  return problem_caught(display_name);
 }
 
 Result<std::shared_ptr<const EnvironmentMap>> IsolatedReader::environment(const std::filesystem::path& path,
@@ -266,12 +271,8 @@ Result<std::shared_ptr<const EnvironmentMap>> IsolatedReader::environment(const 
   } catch (const proto::NotFlat&) {
     return cannot(sentence(makes_no_sense()));
   }
-} catch (const NoWorker& why) {
-  return no_worker(why);
-} catch (const std::bad_alloc&) {
-  return no_memory(display_name);
-} catch (const ModuleMissing& error) {
-  return Problem{ProblemCode::internal_error, error.what(), {}};
+} catch (...) {
+  return problem_caught(display_name);
 }
 
 }  // namespace tessera::server

@@ -123,13 +123,21 @@ def resident_bytes(process):
 
 
 @unittest.skipUnless(shutil.which("openssl"), "no openssl here")
-class TlsTest(unittest.TestCase):
+class CertifiedTest(unittest.TestCase):
+    """Has an authority, and a certificate of its for localhost."""
+
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="tessera-tls-")
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         cls.authority = Authority(cls.folder)
         cls.certificate = cls.authority.issue("localhost")
+
+
+class TlsTest(CertifiedTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
         cls.context = cls.authority.context()
         cls.daemon = cls.start("--timeout", "2", "--host-name", "a,b", "--host-name", "a.b.c")
         cls.addClassCleanup(cls.daemon.stop)
@@ -418,14 +426,10 @@ class TlsTest(unittest.TestCase):
         self.assertIn("there are no keys", refused.stderr)
 
 
-@unittest.skipUnless(shutil.which("openssl"), "no openssl here")
-class ClientTest(unittest.TestCase):
+class ClientTest(CertifiedTest):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="tessera-tls-")
-        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        cls.authority = Authority(cls.folder)
-        cls.certificate = cls.authority.issue("localhost")
+        super().setUpClass()
         cls.daemon = Daemon(*cls.certificate.flags, context=cls.authority.context())
         cls.addClassCleanup(cls.daemon.stop)
 

@@ -4,6 +4,8 @@
 #include <system_error>
 #include <utility>
 
+#include "server/work/give_way.h"
+
 namespace tessera::server {
 namespace {
 
@@ -72,6 +74,7 @@ void Scheduler::make_way_for(const Account& account, std::size_t units) {
 }
 
 void Scheduler::work() {
+  give_way();
   for (;;) {
     Step step;
     if (!take(step)) return;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 namespace tessera::server {
 namespace {
@@ -40,6 +41,19 @@ TEST(Scheduler, RunsEveryUnitOnce) {
   left.wait();
   EXPECT_TRUE(scheduler.shut_down(kLong));
   for (const auto& count : runs) EXPECT_EQ(count, 1);
+}
+
+TEST(Scheduler, ItsThreadsGiveWayToAllOthers) {
+  // In Linux, 0 is the calling thread.
+  const auto nice_value = [] { return ::getpriority(PRIO_PROCESS, 0); };
+  std::promise<int> theirs;
+  Scheduler scheduler(1);
+  scheduler.submit(1, [&](std::size_t, const Turn&) {
+    theirs.set_value(nice_value());
+    return true;
+  });
+  EXPECT_GT(theirs.get_future().get(), nice_value());
+  EXPECT_TRUE(scheduler.shut_down(kLong));
 }
 
 /// Jobs of one scheduler, and what they do in the order of doing it.

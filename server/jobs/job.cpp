@@ -14,9 +14,9 @@ namespace {
 /// As long as there is no image, however little is left.
 constexpr double kMostBeforeTheImage = 0.99;
 
-/// The part by which the time that is left is taken to be more or less than the speed so far makes it (`tests/bench
-/// eta` tells how often it is), and the seconds that the end takes by itself.
-constexpr double kSpeedVaries = 0.25, kToFinish = 0.05;
+/// The part by which the time that is left is taken to be more or less than the speed so far makes it, when all kinds
+/// of tiles have been seen (`tests/bench eta` tells how often it is), and the seconds that the end takes by itself.
+constexpr double kSpeedVaries = 0.25, kToFinish = 0.05, kWrittenBytesPerSecond = 300e6;
 
 constexpr std::array kRays{&RayCounts::camera,        &RayCounts::camera_hits, &RayCounts::reflection,
                            &RayCounts::refraction,    &RayCounts::shadow,      &RayCounts::scattered,
@@ -27,24 +27,53 @@ std::uint64_t samples_of(const Settings& settings) {
   return std::uint64_t{settings.width} * settings.height * settings.samples;
 }
 
-/// Seconds to go until the image has so many samples, if the rays still to be traced cost as much as those that were.
-/// Samples of empty tiles cost next to nothing, so they don't count.
-std::optional<double> seconds_until(double samples, const JobView& job, JobTimes::Clock::time_point now) {
+/// Seconds to go until an image has all of its samples.
+struct TimeLeft {
+  double as_before;  ///< If camera rays still to be traced take as long as those that were.
+  double alone;      ///< If all threads work on it from now on, as fast as they do.
+};
+
+/// Until the image has so many samples. Those of empty tiles cost next to nothing, so they don't count.
+std::optional<TimeLeft> time_until(double samples, const JobView& job, JobTimes::Clock::time_point now) {
   if (job.state != proto::JobState::rendering) return std::nullopt;
-  const auto done = static_cast<double>(job.progress->rays().camera);
-  if (done == 0) return std::nullopt;
-  const double traced =
+  const Progress::Pace pace = job.progress->pace();
+  if (pace.camera_rays == 0) return std::nullopt;
+  const double part_traced =
       static_cast<double>(job.plan->camera_rays) / static_cast<double>(samples_of(job.order->settings));
+  const double rays = std::max(0.0, samples * part_traced - static_cast<double>(job.progress->rays().camera));
+  const double times_as_many = rays / static_cast<double>(pace.camera_rays);
   const double spent = std::chrono::duration<double>(now - *job.times.rendering).count();
-  const double left = spent * std::max(0.0, samples * traced / done - 1);
-  const auto& limit = job.order->settings.seconds;
-  return limit ? std::min(left, std::max(0.0, *limit - spent)) : left;
+  return TimeLeft{spent * times_as_many, std::min(spent, pace.seconds) * times_as_many};
 }
 
-/// Between which bounds the time lies that is left, if the speed stayed what it was. It doesn't quite: some parts of
-/// the image cost more than others, other jobs come and go, and in the end the image is written.
-proto::Range eta_range(double low, double high) {
-  return {low * (1 - kSpeedVaries), high * (1 + kSpeedVaries) + kToFinish};
+/// The part by which the speed may change: some parts of the image cost more than others, and as long as few of its
+/// tiles have been seen there may be any.
+double speed_varies(const JobView& job, const PassReport& passes) {
+  return kSpeedVaries + (passes.passes == 0 ? 1 / std::sqrt(1 + static_cast<double>(job.progress->tiles())) : 0);
+}
+
+/// Until the image is there, which has all of its samples when it has between `low` and `high`; and what is as likely
+/// to be too much as too little.
+void tell_time_left(double low, double high, const PassReport& passes, const JobView& job,
+                    JobTimes::Clock::time_point now, proto::JobStatus& status) {
+  const auto least = time_until(low, job, now), middle = time_until(std::sqrt(low * high), job, now),
+             most = time_until(high, job, now);
+  if (!least || !middle || !most) return;
+  const double varies = speed_varies(job, passes);
+  status.eta = middle->as_before;
+  status.eta_range = proto::Range{least->alone * std::max(0.0, 1 - varies), most->as_before * (1 + varies)};
+  if (const auto& limit = job.order->settings.seconds) {
+    const double in_time = std::max(0.0, *limit - std::chrono::duration<double>(now - *job.times.rendering).count());
+    // What is rendered until then is settled from pass to pass; so the time says more than samples do.
+    const bool ends_in_time = high < static_cast<double>(samples_of(job.order->settings));
+    status.eta_range->low = std::min(status.eta_range->low, in_time * (1 - kSpeedVaries));
+    status.eta = ends_in_time && !job.order->settings.error ? in_time : std::min(*status.eta, in_time);
+    status.eta_range->high = ends_in_time ? in_time : std::min(status.eta_range->high, in_time);
+  }
+  const double writing = static_cast<double>(image_bytes(job.order->settings)) / kWrittenBytesPerSecond;
+  status.eta = *status.eta + writing;
+  status.eta_range->low += writing / 2;
+  status.eta_range->high += 2 * writing + kToFinish;
 }
 
 std::string_view name(EndedBy by) {
@@ -74,8 +103,7 @@ void tell_passes(const JobView& job, JobTimes::Clock::time_point now, proto::Job
   const bool is_complete = job.state == proto::JobState::completed;
   status.progress = is_complete ? 1 : job.progress->furthest(std::min(done / middle, kMostBeforeTheImage));
   status.progress_range = {std::min(done / high, status.progress), std::max(done / low, status.progress)};
-  status.eta = seconds_until(middle, job, now);
-  if (status.eta) status.eta_range = eta_range(*seconds_until(low, job, now), *seconds_until(high, job, now));
+  tell_time_left(low, high, passes, job, now, status);
   if (passes.ended_by) status.ended_by = name(*passes.ended_by);
   if (passes.error) status.achieved = proto::Achieved{passes.error->error, {passes.error->low, passes.error->high}};
   status.samples_per_pixel = {passes.least, static_cast<double>(passes.samples) / pixels, passes.most};
@@ -131,6 +159,16 @@ TestCounts Progress::tests() const {
   counts.object_hits = object_hits_;
   counts.false_hits = false_hits_;
   return counts;
+}
+
+void Progress::start_rendering(unsigned threads) {
+  rays_before_ = rays().camera;
+  threads_ = threads;
+}
+
+Progress::Pace Progress::pace() const {
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::duration(thread_time_);
+  return {rays().camera - rays_before_, spent.count() / threads_};
 }
 
 double Progress::furthest(double part) const {

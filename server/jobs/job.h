@@ -55,6 +55,16 @@ class Progress {
   };
   /// Adds what has been done, but for what had been done `before`.
   void add(const Done& done, const Done& before);
+  /// When rendering begins, on so many threads, after all that an earlier daemon has done was added.
+  void start_rendering(unsigned threads);
+  /// What a thread has rendered at a stretch.
+  void add_thread_time(std::chrono::steady_clock::duration spent) { thread_time_ += spent.count(); }
+  /// How fast it goes since then.
+  struct Pace {
+    std::uint64_t camera_rays;  ///< Traced.
+    double seconds;             ///< That they would have taken if all threads had been this job's.
+  };
+  Pace pace() const;
   /// When the tile has all of its samples and all of that has been added.
   void add_tile(PixelRect where);
   /// When no tile will have more.
@@ -96,6 +106,9 @@ class Progress {
   std::atomic<std::uint64_t> samples_{0}, tiles_{0}, broken_textures_{0};
   std::atomic<std::uint64_t> volume_tests_{0}, volume_hits_{0}, object_tests_{0}, object_hits_{0}, false_hits_{0};
   mutable std::atomic<double> furthest_{0};
+  std::atomic<std::uint64_t> rays_before_{0};  ///< Camera rays that an earlier daemon has traced.
+  std::atomic<unsigned> threads_{1};
+  std::atomic<std::chrono::steady_clock::rep> thread_time_{0};
   mutable std::mutex passes_mutex_;
   CoreSeconds cores_;             ///< Guarded by it,
   PassReport passes_;             ///< as are these:

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -63,6 +64,18 @@ bool is_noiseless(const RenderContext& context) {
   if (std::ranges::all_of(plan.tiling.tiles, is_empty) && !plan.features.ground)
     return context.settings.transparent || plan.features.even_sky;
   return plan.integrator == IntegratorKind::whitted && !context.settings.jitter && !context.rays.has_lens();
+}
+
+/// Puts tiles in an order in which the first of them, however many, lie all over the image: they cost what the others
+/// will, so that it can be said how long it takes. (Steps of the golden ratio around a circle never leave a wide gap.)
+void spread(std::vector<std::size_t>& tiles) {
+  const std::size_t count = tiles.size();
+  auto step = static_cast<std::size_t>(0.618 * static_cast<double>(count)) | 1;
+  while (std::gcd(step, count) > 1) step += 2;
+  std::vector<std::size_t> spread;
+  spread.reserve(count);
+  for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + step) % count) spread.push_back(tiles[at]);
+  tiles = std::move(spread);
 }
 
 }  // namespace
@@ -243,6 +256,7 @@ void JobRunner::render(const std::shared_ptr<Run>& run) {
   if (files_) run->log.emplace(files_->tiles / run->job.id, settings, std::move(tiles));
   const std::vector<bool> is_done = go_on(*run);
   run->job.progress->set_passes(run->passes->report());
+  run->job.progress->start_rendering(scheduler_.threads());
   if (!jobs_.start_rendering(run->job.id, run->structure_use(), run->film)) return;
   begin_pass(run, is_done);
 }
@@ -296,6 +310,7 @@ void JobRunner::begin_pass(const std::shared_ptr<Run>& run, const std::vector<bo
     if (run->passes->current().samples_in(tiles[i].rect) > 0 && (done_before.empty() || !done_before[i]))
       run->tiles.push_back(i);
   if (run->tiles.empty()) return end_pass(run);  // It was done when an earlier daemon ended.
+  spread(run->tiles);
   run->tiles_left = run->tiles.size();
   run->pass_begun = std::chrono::steady_clock::now();
   const auto render_it = [this, run](std::size_t index, const Scheduler::Turn& turn) {
@@ -320,7 +335,9 @@ bool JobRunner::render_part(const std::shared_ptr<Run>& run, OpenTile& open, con
   bool is_done;
   while (!(is_done = open.renderer->go_on([&] { return is_over() || turn.has_idle_threads(); })) && !is_over())
     share(run, open);
-  *open.spent += (TileRenderer::Clock::now() - begun).count();
+  const auto spent = TileRenderer::Clock::now() - begun;
+  *open.spent += spent.count();
+  run->job.progress->add_thread_time(spent);
   open.tell(*run->job.progress);
   if (is_done && open.renderer->finish()) store(run, open);
   return is_done;

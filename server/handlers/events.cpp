@@ -78,6 +78,11 @@ std::string state_event(const JobView& job, JobStep step, EventId id) {
   return event_text("state", data, id);
 }
 
+/// A job isn't there any more.
+std::string removed_event(const EventFeed::Event& event) {
+  return event_text("removed", {{"job", event.job}, {"reason", event.expired ? "expired" : "deleted"}}, event.id);
+}
+
 std::string progress_event(const JobView& job, Clock::time_point now) {
   return event_text("progress", to_json(status_of(job, now)));
 }
@@ -207,8 +212,12 @@ class AllEvents final : public Stream {
       return piece;
     }
     const EventId before = told_;
-    for (const EventFeed::Event& event : jobs_.events().after(told_, kMostEvents, witness_.owner()))
-      if (const auto job = jobs_.find(event.job)) piece.text += state_event(*job, event.step, event.id);
+    for (const EventFeed::Event& event : jobs_.events().after(told_, kMostEvents, witness_.owner())) {
+      if (!event.step)
+        piece.text += removed_event(event);
+      else if (const auto job = jobs_.find(event.job))
+        piece.text += state_event(*job, *event.step, event.id);
+    }
     if (told_ != before) piece.next = now;  // There may be more.
     if (now >= next_progress_) {
       next_progress_ = now + kBetweenProgressOfAll;

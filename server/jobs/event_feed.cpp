@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -10,6 +11,8 @@ namespace {
 
 /// Under the lock.
 constexpr std::size_t kMostLookedAt = 1000;
+
+constexpr std::size_t kMostRemovals = 10'000;
 
 std::size_t index_of(JobStep step) { return static_cast<std::size_t>(step); }
 
@@ -54,6 +57,12 @@ void EventFeed::add(const std::string& job, const std::string& owner) {
   jobs_.try_emplace(job, std::move(entry));
 }
 
+EventId EventFeed::next_id(std::optional<std::uint64_t> seq) noexcept {
+  const EventId id = seq ? EventId{*seq, 0} : EventId{last_.seq, last_.sub + 1};
+  last_ = std::max(last_, id);
+  return id;
+}
+
 void EventFeed::take_back(Job& job, JobStep step) noexcept {
   auto& id = job.steps[index_of(step)];
   if (!id) return;
@@ -75,8 +84,7 @@ EventFeed::Audience EventFeed::happened(const std::string& job, JobStep step,
   for (std::size_t later = index_of(step); later < kJobSteps; ++later) take_back(entry, static_cast<JobStep>(later));
   stop_rendering(name, entry);
 
-  const EventId id = seq ? EventId{*seq, 0} : EventId{last_.seq, last_.sub + 1};
-  last_ = std::max(last_, id);
+  const EventId id = next_id(seq);
   entry.steps[index_of(step)] = id;
   Order::node_type& node = entry.spare[index_of(step)];
   node.key() = id;
@@ -107,6 +115,17 @@ EventFeed::Audience EventFeed::forget(const std::string& job) noexcept {
   return audience;
 }
 
+EventFeed::Audience EventFeed::removed(const std::string& job, const std::string& owner, bool expired,
+                                       std::optional<std::uint64_t> seq) noexcept {
+  const std::lock_guard lock(mutex_);
+  try {
+    removals_.try_emplace(next_id(seq), Removal{job, owner, expired});
+    if (removals_.size() > kMostRemovals) removals_.erase(removals_.begin());
+  } catch (const std::bad_alloc&) {  // Then whoever asks for the job finds out.
+  }
+  return Audience(std::exchange(watchers_, nullptr));
+}
+
 EventFeed::Audience EventFeed::close() noexcept {
   const std::lock_guard lock(mutex_);
   closed_ = true;
@@ -130,12 +149,21 @@ std::vector<EventFeed::Event> EventFeed::after(EventId& last, std::size_t limit,
                                                const std::optional<std::string>& owner) const {
   std::vector<Event> events;
   const std::lock_guard lock(mutex_);
-  std::size_t looked_at = 0;
-  for (auto at = order_.upper_bound(last); at != order_.end() && events.size() < limit && looked_at < kMostLookedAt;
-       ++at, ++looked_at) {
-    const auto& [id, told] = *at;
-    if (!owner || told.entry->owner == *owner) events.push_back({id, *told.job, told.step});
-    last = id;
+  auto step = order_.upper_bound(last);
+  auto removal = removals_.upper_bound(last);
+  for (std::size_t looked_at = 0; events.size() < limit && looked_at < kMostLookedAt; ++looked_at) {
+    const bool is_step = step != order_.end() && (removal == removals_.end() || step->first < removal->first);
+    if (is_step) {
+      const auto& [id, told] = *step++;
+      if (!owner || told.entry->owner == *owner) events.push_back({id, *told.job, told.step});
+      last = id;
+    } else if (removal != removals_.end()) {
+      const auto& [id, gone] = *removal++;
+      if (!owner || gone.owner == *owner) events.push_back({id, gone.job, std::nullopt, gone.expired});
+      last = id;
+    } else {
+      break;
+    }
   }
   return events;
 }

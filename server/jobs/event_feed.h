@@ -71,8 +71,11 @@ class EventFeed {
   [[nodiscard]] Audience happened(const std::string& job, JobStep step, std::optional<std::uint64_t> seq) noexcept;
   /// What is told from now on has greater numbers.
   void begin_after(std::uint64_t seq);
-  /// A job isn't there any more.
+  /// A job isn't there any more, and
   [[nodiscard]] Audience forget(const std::string& job) noexcept;
+  /// that is to be told. The last 10,000 are kept, as in the journal.
+  [[nodiscard]] Audience removed(const std::string& job, const std::string& owner, bool expired,
+                                 std::optional<std::uint64_t> seq) noexcept;
   /// Nothing happens any more.
   [[nodiscard]] Audience close() noexcept;
 
@@ -85,11 +88,12 @@ class EventFeed {
   using Steps = std::array<std::optional<EventId>, kJobSteps>;
   Steps steps_of(const std::string& job) const;
 
-  /// A step of a job.
+  /// A step of a job, or its end: it was deleted, or has expired.
   struct Event {
     EventId id;
     std::string job;
-    JobStep step;
+    std::optional<JobStep> step;  ///< Nothing where it is there no more.
+    bool expired = false;
   };
   /// At most `limit` events after one, of the jobs of an owner, if given. Goes on behind the last that it looked at.
   std::vector<Event> after(EventId& last, std::size_t limit, const std::optional<std::string>& owner) const;
@@ -112,6 +116,10 @@ class EventFeed {
     JobStep step;
   };
   using Order = std::map<EventId, Told>;
+  struct Removal {
+    std::string job, owner;
+    bool expired;
+  };
   using Rendering = std::map<std::string, const Job*, std::less<>>;
   struct Job {
     std::string owner;
@@ -122,6 +130,7 @@ class EventFeed {
   };
   using Jobs = std::map<std::string, Job, std::less<>>;
 
+  EventId next_id(std::optional<std::uint64_t> seq) noexcept;
   void take_back(Job& job, JobStep step) noexcept;
   void stop_rendering(const std::string& name, Job& job) noexcept;
   Watcher** list_of(const std::optional<std::string>& job) noexcept;
@@ -129,6 +138,7 @@ class EventFeed {
   mutable std::mutex mutex_;  ///< Guards what follows.
   Jobs jobs_;
   Order order_;
+  std::map<EventId, Removal> removals_;
   Rendering rendering_;
   EventId last_;
   Watcher* watchers_ = nullptr;  ///< Of all jobs; a list through `next`.

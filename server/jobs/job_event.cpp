@@ -262,7 +262,9 @@ struct EventBody {
     return value;
   }
   json operator()(const JobEvent::ImageGone&) const { return json::object(); }
-  json operator()(const JobEvent::Removed&) const { return json::object(); }
+  json operator()(const JobEvent::Removed& removed) const {
+    return removed.owner.empty() ? json::object() : json{{"owner", removed.owner}};
+  }
 };
 
 struct EventKind {
@@ -298,8 +300,8 @@ decltype(JobEvent::what) read_what(std::string_view kind, const json& body) {
     return JobEvent::Planned{std::make_shared<const PlanReport>(read_plan_report(body.at("plan")))};
   if (kind == "rendering") return JobEvent::Rendering{read_structure_use(body.at("structure"))};
   if (kind == "image_gone") return JobEvent::ImageGone{};
-  if (kind == "removed") return JobEvent::Removed{};
-  if (kind == "expired") return JobEvent::Removed{.expired = true};
+  if (kind == "removed" || kind == "expired")
+    return JobEvent::Removed{.expired = kind == "expired", .owner = body.value("owner", "")};
   const auto state = proto::job_state(kind);
   if (!state || !proto::has_ended(*state)) throw std::runtime_error("no event is called " + std::string(kind));
   return JobEvent::Ended{*state,

@@ -45,6 +45,7 @@ struct JobEvent {
   /// It was deleted, or has `expired`.
   struct Removed {
     bool expired = false;
+    std::string owner = {};  ///< Whose it was: nothing else of the job is kept.
   };
 
   std::chrono::system_clock::time_point time;

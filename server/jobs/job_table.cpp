@@ -141,7 +141,7 @@ proto::Result<JobTable::Admitted> JobTable::add(JobOrder order, bool kept, std::
                                      [this, id](const Outcome& outcome) { has_been_queued(id, outcome); });
       job.is_written = true;
     } else {
-      announce(id, step_of(event), std::nullopt, after);
+      announce(id, event, std::nullopt, after);
     }
     spdlog::info("job {}: queued", id);
     return added;
@@ -354,9 +354,10 @@ std::optional<Problem> JobTable::remove(const std::string& id) {
       return Problem{ProblemCode::job_still_active,
                      "The job is " + std::string(proto::name(job.view.state)) + "; cancel it first.",
                      {}};
-    const JobEvent event = now(job, JobEvent::Removed{});
+    const JobEvent event = now(job, JobEvent::Removed{.owner = job.view.order->owner});
     if (!job.is_written) {
       apply(id, event, after);
+      announce(id, event, std::nullopt, after);
       return std::nullopt;
     }
     written = write_and_tell(id, event, Journal::OnFailure::refuse, [this, id, event](const Outcome& outcome) {
@@ -510,7 +511,7 @@ void JobTable::shut_down() {
     } else {
       const JobEvent end = now(job, JobEvent::Ended{JobState::canceled});
       apply_now(id, end, after);
-      announce(id, step_of(end), std::nullopt, after);
+      announce(id, end, std::nullopt, after);
     }
   }
   forget_oldest(after);
@@ -528,7 +529,7 @@ void JobTable::restore(const std::string& id, const JobEvent& event, std::uint64
   if (const auto* removed = std::get_if<JobEvent::Removed>(&event.what); removed && removed->expired)
     remember_expired(id);
   apply(id, event, after);
-  announce(id, step_of(event), seq, after);
+  announce(id, event, seq, after);
   events_.begin_after(seq);
   if (!std::holds_alternative<JobEvent::Queued>(event.what)) return;
   Job& job = jobs_.find(id)->second;

@@ -301,7 +301,7 @@ class JobTable {
 
   static JobEvent now(const Job& job, decltype(JobEvent::what) what);
   /// Who watches is told of what has happened to a job, if that is a step; `seq` where it is written down.
-  void announce(const std::string& id, std::optional<JobStep> step, std::optional<std::uint64_t> seq, Aftermath& after);
+  void announce(const std::string& id, const JobEvent& event, std::optional<std::uint64_t> seq, Aftermath& after);
   /// Has an event written down, and then announced; `then` is called after each try.
   void write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
              const std::function<void(const Outcome&)>& then = nullptr);

@@ -181,9 +181,11 @@ JobEvent JobTable::now(const Job& job, decltype(JobEvent::what) what) {
   return {std::chrono::system_clock::now(), JobTimes::Clock::now() - job.view.times.queued, std::move(what)};
 }
 
-void JobTable::announce(const std::string& id, std::optional<JobStep> step, std::optional<std::uint64_t> seq,
+void JobTable::announce(const std::string& id, const JobEvent& event, std::optional<std::uint64_t> seq,
                         Aftermath& after) {
-  if (step) after.audience.add(events_.happened(id, *step, seq));
+  if (const auto step = step_of(event)) after.audience.add(events_.happened(id, *step, seq));
+  if (const auto* removed = std::get_if<JobEvent::Removed>(&event.what))
+    after.audience.add(events_.removed(id, removed->owner, removed->expired, seq));
 }
 
 void JobTable::write(const std::string& id, const JobEvent& event, Journal::OnFailure on_failure, bool is_awaited,
@@ -193,10 +195,10 @@ void JobTable::write(const std::string& id, const JobEvent& event, Journal::OnFa
   entry.removes_others = std::holds_alternative<JobEvent::Removed>(event.what);
   entry.removes_image = std::holds_alternative<JobEvent::ImageGone>(event.what);
   if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what)) entry.image = ended->image;
-  entry.done = [this, id, step = step_of(event), then](const Outcome& outcome, std::uint64_t seq) {
+  entry.done = [this, id, event, then](const Outcome& outcome, std::uint64_t seq) {
     if (then) then(outcome);
     Aftermath after;
-    if (!outcome) announce(id, step, seq, after);
+    if (!outcome) announce(id, event, seq, after);
   };
   journal_->append(std::move(entry));
 }
@@ -218,7 +220,7 @@ bool JobTable::happen(Job& job, decltype(JobEvent::what) what, Aftermath& after)
   if (job.is_written)
     write(job.view.id, event, Journal::OnFailure::retry, false);
   else
-    announce(job.view.id, step_of(event), std::nullopt, after);
+    announce(job.view.id, event, std::nullopt, after);
   return true;
 }
 
@@ -240,7 +242,7 @@ bool JobTable::finish(Job& job, JobEvent::Ended how, Aftermath& after) {
   } catch (const std::bad_alloc&) {  // Then the next daemon does it again.
   }
   apply_now(job.view.id, event, after);
-  announce(job.view.id, step_of(event), std::nullopt, after);
+  announce(job.view.id, event, std::nullopt, after);
   forget_oldest(after);
   return true;
 }
@@ -263,8 +265,12 @@ void JobTable::forget_oldest(Aftermath& after) {
 
 void JobTable::expire(Jobs::iterator ended, Aftermath& after) {
   remember_expired(ended->first);
+  const JobEvent event =
+      now(ended->second, JobEvent::Removed{.expired = true, .owner = ended->second.view.order->owner});
   if (ended->second.is_written)
-    write(ended->first, now(ended->second, JobEvent::Removed{.expired = true}), Journal::OnFailure::retry, false);
+    write(ended->first, event, Journal::OnFailure::retry, false);
+  else
+    announce(ended->first, event, std::nullopt, after);
   drop(ended, after);
 }
 

@@ -267,6 +267,24 @@ class EventsTest(unittest.TestCase):
             self.assertEqual({event.data["job"] for event in events if event.kind == "state"}, {missed})
             self.assertEqual([event.state for event in events if event.kind == "state"][0], "queued")
 
+    def test_jobs_that_are_there_no_more(self):
+        with tempfile.TemporaryDirectory() as data_dir:
+            with Daemon("--max-ended-jobs", "1", data_dir=data_dir) as daemon:
+                with Watcher(daemon, "/v1/events") as watcher:
+                    deleted = daemon.submit(SMALL_JOB)
+                    daemon.wait_ended(deleted)
+                    self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{deleted}").status, 204)
+                    told = watcher.until(lambda event: event.kind == "removed")[-1]
+                    self.assertEqual(told.data, {"job": deleted, "reason": "deleted"})
+                    expired, last = daemon.submit(SMALL_JOB), daemon.submit(SMALL_JOB)
+                    daemon.wait_ended(last)
+                    events = watcher.until(lambda event: event.kind == "removed")
+                    self.assertEqual(events[-1].data, {"job": expired, "reason": "expired"})
+                daemon.kill()
+            with Daemon(data_dir=data_dir) as daemon, Watcher(daemon, "/v1/events", told.id) as watcher:
+                again = watcher.until(lambda event: event.kind == "removed")[-1]
+                self.assertEqual((again.id, again.data), (events[-1].id, events[-1].data))
+
     def test_progress_of_all_jobs_that_render(self):
         with Daemon("--threads", "1") as daemon:
             jobs = {daemon.submit(ENDLESS_PIXEL) for _ in range(3)}
@@ -475,6 +493,11 @@ class EventsTest(unittest.TestCase):
                     with Watcher(daemon, "/v1/events", "0", key) as watcher:
                         events = watcher.until(all_ended)
                     self.assertEqual({event.data["job"] for event in events if event.kind == "state"}, seen)
+                for job, key in ((others, other), (ones, one)):
+                    self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{job}", headers=key).status, 204)
+                with Watcher(daemon, "/v1/events", "0", one) as watcher:
+                    removed = watcher.until(lambda event: event.kind == "removed")[-1]
+                self.assertEqual(removed.data["job"], ones)
 
 
 def raw(daemon, text):

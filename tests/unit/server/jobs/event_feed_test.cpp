@@ -23,8 +23,10 @@ using Told = std::vector<std::string>;
 Told told_after(const EventFeed& feed, EventId last, const std::optional<std::string>& owner = std::nullopt) {
   constexpr const char* kNames[] = {"queued", "preparing", "rendering", "ended"};
   Told told;
-  for (const EventFeed::Event& event : feed.after(last, kAll, owner))
-    told.push_back(event.job + ' ' + kNames[static_cast<int>(event.step)] + ' ' + text_of(event.id));
+  for (const EventFeed::Event& event : feed.after(last, kAll, owner)) {
+    const char* what = event.step ? kNames[static_cast<int>(*event.step)] : event.expired ? "expired" : "deleted";
+    told.push_back(event.job + ' ' + what + ' ' + text_of(event.id));
+  }
   return told;
 }
 
@@ -54,6 +56,27 @@ TEST(EventFeed, TellsStepsInTheirOrder) {
   EXPECT_EQ(feed.steps_of("first")[0], (EventId{3, 0}));
   EXPECT_FALSE(feed.steps_of("first")[2]);
   EXPECT_EQ(feed.steps_of("nobody"), EventFeed::Steps());
+}
+
+TEST(EventFeed, TellsOwnersThatJobsAreThereNoMore) {
+  EventFeed feed;
+  Counter watcher;
+  for (const char* job : {"hers", "his"}) feed.add(job, job);
+  happen(feed, "hers", JobStep::queued, 1);
+  happen(feed, "his", JobStep::queued, 2);
+  ASSERT_TRUE(feed.watch(std::nullopt, watcher));
+  (void)feed.forget("hers");
+  (void)feed.removed("hers", "hers", false, 3);
+  EXPECT_EQ(watcher.count, 1);
+  happen(feed, "his", JobStep::ended, 4);
+  (void)feed.forget("his");
+  (void)feed.removed("his", "his", true, std::nullopt);
+  EXPECT_EQ(told_after(feed, {}), (Told{"hers deleted 3", "his expired 4.1"}));
+  EXPECT_EQ(told_after(feed, {}, "his"), Told{"his expired 4.1"});
+  EXPECT_EQ(told_after(feed, feed.last()), Told{});
+  for (int i = 0; i < 20'000; ++i) (void)feed.removed("one of many", "", false, 5 + i);
+  EventId begin;
+  EXPECT_EQ(feed.after(begin, 1, std::nullopt).front().id, (EventId{10'005, 0}));
 }
 
 TEST(EventFeed, WhatIsntWrittenStandsBehindWhatIs) {

@@ -27,7 +27,7 @@ struct Tile {
 
 /// An image cut into tiles.
 struct Tiling {
-  std::vector<Tile> tiles;  ///< Disjoint, together the whole image; in the order of rendering.
+  std::vector<Tile> tiles;  ///< Disjoint, together the whole image; neighbours mostly follow each other.
   std::vector<std::uint32_t> candidates;
   std::uint64_t objects_on_screen = 0;  ///< Whose projected area isn't empty; all, with screen bounds off.
 

@@ -276,7 +276,7 @@ std::vector<bool> JobRunner::go_on(Run& run) {
   progress.add_core_seconds(before.cores);
   progress.complete_tiles(before.tiles);
   for (std::size_t i = 0; i < stored->tiles.size(); ++i) {
-    const std::optional<StoredTile>& tile = stored->tiles[i];
+    const std::unique_ptr<StoredTile>& tile = stored->tiles[i];
     if (!tile) continue;
     run.film->store(i, tile->pixels);
     run.passes->store(tile->sums);

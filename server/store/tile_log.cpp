@@ -163,8 +163,9 @@ std::optional<StoredPasses> TileLog::load() try {
   std::set<std::uint32_t> passes;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder_, error)) passes.insert(std::stoul(entry.path().stem()));
+  if (passes.empty()) return std::nullopt;
   // The tiles of all files, the later ones over the earlier; it goes on at the last pass whose header is there.
-  std::vector<std::optional<StoredTile>> tiles(tiles_.size());
+  std::vector<std::unique_ptr<StoredTile>> tiles(tiles_.size());
   std::optional<StoredPasses> found;
   std::uint64_t found_size = 0;
   std::uint32_t last_used = 0;
@@ -180,7 +181,7 @@ std::optional<StoredPasses> TileLog::load() try {
     while (reader.next()) {
       const std::size_t index = reader.index();
       if (index >= tiles_.size()) throw std::runtime_error("there is no such tile");
-      tiles[index] = read_tile(reader.payload(), tiles_[index], settings_);
+      tiles[index] = std::make_unique<StoredTile>(read_tile(reader.payload(), tiles_[index], settings_));
       written_in_[index] = pass;
       is_done[index] = true;
       size = reader.end();
@@ -195,7 +196,6 @@ std::optional<StoredPasses> TileLog::load() try {
                                std::move(is_done)});
     found_size = size;
   }
-  if (passes.empty()) return std::nullopt;
   if (!found || last_used > found->pass) throw std::runtime_error("a pass is incomplete");
   for (const std::uint32_t pass : passes)
     if (pass > found->pass) fs::remove(path_of(pass));  // It had just begun.

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -28,8 +29,8 @@ struct StoredPasses {
   double seconds = 0;      ///< From the beginning of the first pass to that of this one.
   JobFigures figures;      ///< At its beginning.
   Pass current;
-  std::vector<std::optional<StoredTile>> tiles;  ///< As they are; none for tiles of the first pass that isn't done.
-  std::vector<bool> is_done;                     ///< Whether the pass at hand has been over the tile.
+  std::vector<std::unique_ptr<StoredTile>> tiles;  ///< As they are; none for tiles of the first pass that isn't done.
+  std::vector<bool> is_done;                       ///< Whether the pass at hand has been over the tile.
 };
 
 /// The tiles of a job on disk, so that the next daemon goes on where this one has ended: in the job's own folder a file

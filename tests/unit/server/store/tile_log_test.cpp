@@ -59,7 +59,7 @@ struct Logged {
     Pixels pixels(kTiles[index], settings.aovs);
     pixels.copy(film.pixels(), kTiles[index]);
     const Sums sums = passes.sums(kTiles[index]);
-    const StoredTile& tile = stored.tiles.at(index).value();
+    const StoredTile& tile = *stored.tiles.at(index);
     return same_bytes(tile.pixels, pixels) && tile.sums.second == sums.second && tile.sums.squares == sums.squares &&
            same_bytes(tile.sums.totals, sums.totals);
   }

@@ -109,6 +109,7 @@ def measure(outcome):
             while time.monotonic() - begin < seconds:
                 descriptors = len(os.listdir(f"/proc/{pid}/fd"))
                 samples.append((soak.jobs, processes.resident_bytes(pid), descriptors, time.monotonic() - begin))
+                yield ask("GET", "/livez")  # A connection that asks for nothing is closed before long.
                 yield Pause(seconds / 600)
 
         drive(daemon.port, [*(soak.client() for _ in range(CLIENTS)), watch()])

@@ -8,14 +8,13 @@
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
 #include <openssl/ssl.h>
-#include <openssl/x509v3.h>
+#include <openssl/x509_vfy.h>
 
 #include "client/failure.h"
 #include "proto/wire/certificate.h"
@@ -53,17 +52,6 @@ asio::ssl::context tls_context(const ServerAddress& address) {
     throw Failure(Failure::Kind::local_file,
                   "no certificates of who is trusted in " + address.ca_file.string() + ": " + error.message());
   return context;
-}
-
-/// Has the server asked for its certificate by the name, or the address, that it was called by, and has that compared.
-void expect_name(SSL* tls, const std::string& host) {
-  X509_VERIFY_PARAM* const wanted = SSL_get0_param(tls);
-  beast::error_code is_name;
-  asio::ip::make_address(host, is_name);
-  const bool done = is_name ? SSL_set_tlsext_host_name(tls, host.c_str()) == 1 &&
-                                  X509_VERIFY_PARAM_set1_host(wanted, host.c_str(), host.size()) == 1
-                            : X509_VERIFY_PARAM_set1_ip_asc(wanted, host.c_str()) == 1;
-  if (!done) throw Failure(Failure::Kind::untrusted, "'" + host + "' is no name that a certificate could have");
 }
 
 /// Why a server's certificate isn't trusted, and what to do.
@@ -144,7 +132,8 @@ class Connection {
 
   void shake_hands() {
     tls_.emplace(stream_, *tls_context_);
-    expect_name(tls_->native_handle(), address_.host);
+    if (!proto::expect_name(*tls_->native_handle(), address_.host))
+      throw Failure(Failure::Kind::untrusted, "'" + address_.host + "' is no name that a certificate could have");
     beast::error_code error;
     tls_->async_handshake(asio::ssl::stream_base::client, [&](beast::error_code e) { error = e; });
     finish();

@@ -11,7 +11,9 @@
 
 #include <openssl/err.h>
 #include <openssl/pem.h>
+#include <openssl/ssl.h>
 #include <openssl/x509.h>
+#include <openssl/x509v3.h>
 #include <sys/stat.h>
 
 namespace tessera::proto {
@@ -52,6 +54,13 @@ X509Owner next_certificate(std::FILE& file) {
 }  // namespace
 
 sys_seconds expiry_of(const X509& certificate) { return to_time(X509_get0_notAfter(&certificate)); }
+
+bool expect_name(SSL& connection, const std::string& host) {
+  X509_VERIFY_PARAM* const wanted = SSL_get0_param(&connection);
+  if (X509_VERIFY_PARAM_set1_ip_asc(wanted, host.c_str()) == 1) return true;  // RFC 6066 has no addresses there.
+  return SSL_set_tlsext_host_name(&connection, host.c_str()) == 1 &&
+         X509_VERIFY_PARAM_set1_host(wanted, host.c_str(), host.size()) == 1;
+}
 
 Certificate read_certificate(const fs::path& certificate, const fs::path& key) {
   const File chain = open(certificate, "the certificate");

@@ -2,8 +2,10 @@
 
 #include <chrono>
 #include <filesystem>
+#include <string>
 
-struct x509_st;  // OpenSSL's X509.
+struct ssl_st;   // OpenSSL's SSL,
+struct x509_st;  // and X509.
 
 namespace tessera::proto {
 
@@ -20,5 +22,9 @@ Certificate read_certificate(const std::filesystem::path& certificate, const std
 
 /// When a certificate ends.
 std::chrono::sys_seconds expiry_of(const x509_st& certificate);
+
+/// Has the server asked for its certificate by the name, or the address, that it is called by, and has that compared
+/// (RFC 6125). False where no certificate could have it.
+bool expect_name(ssl_st& connection, const std::string& host);
 
 }  // namespace tessera::proto

@@ -220,6 +220,7 @@ json job_document(const std::string& scene, const JobOptions& options) {
     job["name"] = fs::path(scene).filename().string();
   }
   if (options.priority) job["priority"] = *options.priority;
+  if (options.webhook) job["webhook"] = *options.webhook;
   if (options.size) job["image"] = {{"width", options.size->width}, {"height", options.size->height}};
   if (json* settings = section(job, "settings")) apply_settings(options, *settings);
   return job;

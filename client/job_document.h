@@ -20,6 +20,7 @@ struct JobOptions {
 
   std::optional<std::string> name;  ///< Else the document's, else the file's name.
   std::optional<std::string> priority;
+  std::optional<std::string> webhook;  ///< The URL that the server tells the job's end to.
   std::optional<Size> size;
   std::optional<std::uint64_t> samples, max_depth, seed;
   std::optional<std::string> integrator, sampler;

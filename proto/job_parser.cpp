@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint32_t kLargest32 = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kLongestName = 200;
+constexpr std::size_t kLongestUrl = 2000;
 
 void read_image(JsonCursor value, Settings& settings, const Limits& limits) {
   JsonFields fields(value, "an image");
@@ -112,6 +113,7 @@ std::optional<JobRequest> read_job(const JsonCursor& document, const FileSource&
     refuse_unread(job.settings.integrator, job.settings, document.errors());
   read(fields.optional("name"), job.name, kLongestName);
   read(fields.optional("priority"), job.priority, priority_names());
+  read(fields.optional("webhook"), job.webhook, kLongestUrl);
   read_schema_name(fields.optional("$schema"));
   fields.refuse_unknown();
   if (const auto* inline_scene = std::get_if<ParsedScene>(&job.scene); inline_scene && inline_scene->scene) {

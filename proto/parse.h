@@ -53,6 +53,7 @@ struct JobRequest {
   bool samples_to_the_limit = false;  ///< `settings.samples` is to be what `Limits` allow, whatever the size.
   std::string name;
   Priority priority = Priority::normal;
+  std::string webhook = {};  ///< Where its end is told, as it was written; empty for nowhere.
 };
 
 /// Parses a whole scene document and reads the files that it names. Collects up to `kMaxFieldErrors` errors.

@@ -38,6 +38,7 @@ struct Paths {
   std::string asset_root;
   std::string structure_dir;
   std::string tls_certificate, tls_key;
+  std::string webhook_secret;
 };
 
 /// For what makes no sense when it is 0. Texts that are no numbers are refused elsewhere.
@@ -73,6 +74,15 @@ const CLI::Validator kIsOrigin(
                        : "'" + text + "' is no origin; write https://example.org or http://localhost:3000";
     },
     "", "origin");
+
+const CLI::Validator kIsWebhookHost(
+    [](std::string& text) {
+      return is_webhook_host(text) ? std::string()
+                                   : "'" + text +
+                                         "' is no host for webhooks; write hooks.example.org, hooks.example.org:8443 "
+                                         "or *.example.org";
+    },
+    "", "host for webhooks");
 
 /// "12h" becomes seconds.
 const CLI::Validator kAge(
@@ -130,6 +140,16 @@ void declare_flags(CLI::App& app, Config& config, Paths& paths) {
        "PEM file with the server's certificate and, after it, those that vouch for it: connections speak TLS; SIGHUP "
        "reads it again");
   flag("--tls-key", paths.tls_key, "PEM file with the certificate's key, without a passphrase");
+  list("--webhook-host", config.webhooks.hosts,
+       "Host that jobs' webhooks may go to, as hooks.example.org, with a port where it isn't the usual one, or "
+       "*.example.org; once for each, or with commas; none without it")
+      ->check(kIsWebhookHost);
+  flag("--webhook-secret", paths.webhook_secret,
+       "File with what webhooks are signed with: whsec_ and 24 to 64 bytes in base64, a line for each while receivers "
+       "change from one to another; SIGHUP reads it again");
+  app.add_flag("--webhook-allow-private", config.webhooks.allow_private,
+               "Send webhooks to loopback and private addresses, too, and to these without TLS")
+      ->envname(variable_of("--webhook-allow-private"));
   flag("--threads", config.threads, "Threads that build and render; 0 takes one per core")
       ->check(CLI::Range(0U, 1024U));
   flag("--data-dir", paths.data_dir, "Where uploaded files and scenes are kept")->check([](const std::string& text) {
@@ -292,6 +312,12 @@ std::variant<Config, int> parse_config(int argc, const char* const* argv, std::o
     errors << "--tls-certificate and --tls-key need one another\nRun with --help for more information.\n";
     return kUsageError;
   }
+  if (config.webhooks.hosts.empty() != paths.webhook_secret.empty()) {
+    errors << "--webhook-host and --webhook-secret need one another: webhooks are signed\n"
+              "Run with --help for more information.\n";
+    return kUsageError;
+  }
+  if (!paths.webhook_secret.empty()) config.webhook_secret = paths.webhook_secret;
   if (!paths.tls_key.empty()) {
     config.tls_certificate = paths.tls_certificate;
     config.tls_key = paths.tls_key;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/parse.h"
+#include "server/webhooks/webhook_target.h"
 
 namespace tessera::server {
 
@@ -54,6 +55,9 @@ struct Config {
   std::uint64_t max_job_age = 0;      ///< Seconds since a job has ended; 0 is no limit.
   std::uint64_t max_job_seconds = 0;  ///< That may be worked on a job; 0 is no limit.
   proto::Limits documents;
+
+  WebhookRules webhooks;
+  std::optional<std::filesystem::path> webhook_secret;  ///< Where there are hosts for webhooks.
 
   std::uint64_t min_free_disk = 256ULL << 20;  ///< With less the server isn't ready.
   std::uint32_t max_parse_seconds = 120;       ///< For a file that a scene names, or an image in it.

@@ -57,6 +57,8 @@
 #include "server/store/upkeep.h"
 #include "server/store/wide_store.h"
 #include "server/watchdog.h"
+#include "server/webhooks/webhook_deliveries.h"
+#include "server/webhooks/webhook_sender.h"
 #include "server/work/scheduler.h"
 
 namespace tessera::server {
@@ -92,6 +94,19 @@ StructureCache::Make make_from(const std::optional<WideStore>& store, unsigned t
 std::optional<TlsContext> tls_context(const Config& config) {
   if (!config.tls_key) return std::nullopt;
   return std::optional<TlsContext>(std::in_place, *config.tls_certificate, *config.tls_key);
+}
+
+/// Receivers have so long to answer.
+constexpr std::chrono::seconds kMostForWebhook{15};
+
+/// Where webhooks may go anywhere.
+std::unique_ptr<WebhookDeliveries> webhook_deliveries(const Config& config, JobTable& jobs) {
+  if (!config.webhook_secret) return nullptr;
+  const auto sender = std::make_shared<const WebhookSender>(config.webhooks.allow_private, kMostForWebhook);
+  return std::make_unique<WebhookDeliveries>(jobs, config.webhooks, *config.webhook_secret,
+                                             [sender](const auto& target, const auto& request, const auto& stop) {
+                                               return sender->send(target, request, stop);
+                                             });
 }
 
 JobTable::Limits job_limits(const Config& config) {
@@ -132,6 +147,7 @@ struct Backend {
         runner(scheduler, structures, jobs, std::chrono::steady_clock::now, JobFiles{films, folder.tiles(), writers}),
         services{config, keys,   owners,  quotas,    blobs,      scenes,  jobs,  known_jobs, images,
                  runner, ledger, starter, scheduler, structures, journal, films, isolation},
+        webhooks(webhook_deliveries(config, jobs)),
         upkeep(blobs, scenes, retention(config, jobs)) {
     remove_what_nobody_needs();
     ledger.when_freed([this] { starter.look(); });
@@ -175,7 +191,8 @@ struct Backend {
   Scheduler writers;  ///< Of images.
   JobRunner runner;
   Services services;
-  Upkeep upkeep;  ///< Last, when jobs hold the files that they need.
+  const std::unique_ptr<WebhookDeliveries> webhooks;  ///< Null where there are none.
+  Upkeep upkeep;                                      ///< Last, when jobs hold the files that they need.
 };
 
 /// The threads that serve connections, each with a loop of its own.
@@ -244,6 +261,14 @@ void read_keys_again(KeyRing& keys) {
   }
 }
 
+void read_webhook_secret_again(WebhookDeliveries& webhooks) {
+  try {
+    webhooks.reload();
+  } catch (const std::exception& error) {
+    spdlog::error("SIGHUP: the webhooks' secret stays as it is: {}", error.what());
+  }
+}
+
 /// As many connections as the settings allow and there are file descriptors for, half of them being for files.
 std::uint32_t most_connections(const Config& config, rlim_t descriptors) {
   const rlim_t most = std::max<rlim_t>(descriptors / 2, 1);
@@ -285,8 +310,9 @@ class Operation {
     backend.jobs.close();
     const auto deadline = std::chrono::steady_clock::now() + drain_;
     const auto left = [&] { return backend.jobs.usage().unfinished; };
+    const auto is_idle = [&] { return left() == 0 && (!backend.webhooks || backend.webhooks->pressing() == 0); };
     if (left() > 0) spdlog::info("{} jobs go on, for {} s at most", left(), drain_.count());
-    while (left() > 0 && std::chrono::steady_clock::now() < deadline) {
+    while (!is_idle() && std::chrono::steady_clock::now() < deadline) {
       const timespec pause{0, std::chrono::nanoseconds(kLookAgain).count()};
       const int signal = ::sigtimedwait(&signals_, nullptr, &pause);
       if (signal == SIGHUP) reload(backend);
@@ -301,6 +327,7 @@ class Operation {
     try {
       read_keys_again(backend.keys);
       if (backend.tls) read_certificate_again(*backend.tls);
+      if (backend.webhooks) read_webhook_secret_again(*backend.webhooks);
       std::ostringstream said;
       const auto read = read_again_(said, said);
       if (const Config* config = std::get_if<Config>(&read)) {
@@ -379,7 +406,7 @@ void serve_until_signal(const Config& config, const ReadConfig& read_again, cons
     std::this_thread::sleep_for(kLookAgain);
   io.stop();
   const bool idle = backend.scheduler.shut_down(kPatience) && backend.writers.shut_down(kPatience) &&
-                    connections.requests_active == 0;
+                    (!backend.webhooks || backend.webhooks->shut_down(kPatience)) && connections.requests_active == 0;
   spdlog::info("stopped");
   if (!idle) {  // A build or a parse that can't be interrupted: nothing of it is worth waiting for.
     log.close();

@@ -12,6 +12,8 @@ void add_submit(CLI::App& tool, Session& session) {
   CLI::App* command = tool.add_subcommand("submit", "Submit a scene and print its job's id");
   const auto scene = std::make_shared<SceneArguments>();
   scene->add_to(*command);
+  command->add_option("--webhook", scene->options.webhook,
+                      "URL that the server tells the job's end to, where it allows its host");
   command->callback([scene, &session] {
     const proto::JobStatus job = scene->submit(session);
     session.json ? session.print_json(proto::to_json(job)) : session.print(job.id);

@@ -20,6 +20,9 @@ constexpr std::array<std::string_view, 6> kNames{"queued", "preparing", "renderi
 // In the order of ImageState.
 constexpr std::array<std::string_view, 4> kImageNames{"none", "partial", "complete", "gone"};
 
+// In the order of WebhookState.
+constexpr std::array<std::string_view, 3> kWebhookNames{"pending", "delivered", "failed"};
+
 template <typename T>
 bool fits(const nlohmann::json& value) {
   if constexpr (std::is_same_v<T, std::string>) return value.is_string();
@@ -54,6 +57,15 @@ bool read(const nlohmann::json& json, const char* name, Achieved& out) {
   const auto field = json.find(name);
   return field != json.end() && field->is_object() && read(*field, "error", out.error) &&
          read(*field, "interval", out.interval);
+}
+
+bool read(const nlohmann::json& json, const char* name, WebhookStatus& out) {
+  const auto field = json.find(name);
+  std::string state;
+  if (field == json.end() || !field->is_object() || !read(*field, "state", state) || !webhook_state(state))
+    return false;
+  out.state = *webhook_state(state);
+  return read(*field, "host", out.host) && read(*field, "attempts", out.attempts) && read(*field, "error", out.error);
 }
 
 /// Whether the field is right, or absent.
@@ -122,6 +134,14 @@ class Members {
     members.add("interval", achieved.interval);
     members.end();
   }
+  void write(const WebhookStatus& webhook) {
+    Members members(text_);
+    members.add("host", webhook.host);
+    members.add("state", name(webhook.state));
+    members.add("attempts", webhook.attempts);
+    members.add("error", webhook.error);
+    members.end();
+  }
   void write_number(auto value) {
     char digits[32];  // More than the shortest form of any double takes.
     text_.append(digits, std::to_chars(std::begin(digits), std::end(digits), value).ptr);
@@ -135,6 +155,14 @@ class Members {
 std::string_view name(JobState state) { return kNames.at(static_cast<std::size_t>(state)); }
 
 std::string_view name(ImageState state) { return kImageNames.at(static_cast<std::size_t>(state)); }
+
+std::string_view name(WebhookState state) { return kWebhookNames.at(static_cast<std::size_t>(state)); }
+
+std::optional<WebhookState> webhook_state(std::string_view name) {
+  const auto found = std::ranges::find(kWebhookNames, name);
+  if (found == kWebhookNames.end()) return std::nullopt;
+  return static_cast<WebhookState>(found - kWebhookNames.begin());
+}
 
 std::optional<JobState> job_state(std::string_view name) {
   const auto found = std::ranges::find(kNames, name);
@@ -170,6 +198,7 @@ std::string json_text(const JobStatus& s) {
   members.add("created", s.created);
   members.add("error", s.error);
   members.add("warnings", s.warnings);
+  if (s.webhook) members.add("webhook", *s.webhook);
   members.end();
   return text;
 }
@@ -194,7 +223,8 @@ std::optional<JobStatus> job_status(const nlohmann::json& json) {
   if (!complete || known == kImageNames.end()) return std::nullopt;
   s.image = static_cast<ImageState>(known - kImageNames.begin());
   const bool optional_fit = read_optional(json, "eta", s.eta) && read_optional(json, "eta_range", s.eta_range) &&
-                            read_optional(json, "ended_by", s.ended_by) && read_optional(json, "achieved", s.achieved);
+                            read_optional(json, "ended_by", s.ended_by) &&
+                            read_optional(json, "achieved", s.achieved) && read_optional(json, "webhook", s.webhook);
   if (!optional_fit) return std::nullopt;
   return s;
 }

@@ -33,6 +33,20 @@ struct Achieved {
   Range interval;
 };
 
+/// Whether a job's webhook has been delivered: not yet, yes, or not, and it isn't tried any more.
+enum class WebhookState { pending, delivered, failed };
+
+std::string_view name(WebhookState state);
+std::optional<WebhookState> webhook_state(std::string_view name);
+
+/// How a job's webhook stands. The path and the query of its URL may hold a secret, and aren't told.
+struct WebhookStatus {
+  std::string host;  ///< With the port where that isn't the scheme's own.
+  WebhookState state = WebhookState::pending;
+  std::uint32_t attempts = 0;
+  std::string error;  ///< Why the last of them failed; empty otherwise.
+};
+
 struct SamplesPerPixel {
   std::uint32_t least = 0;
   double mean = 0;
@@ -63,6 +77,7 @@ struct JobStatus {
   std::string created;  ///< RFC 3339, UTC.
   std::string error;    ///< Why it failed; empty otherwise.
   std::uint64_t warnings = 0;
+  std::optional<WebhookStatus> webhook;  ///< Of a job that has one.
 };
 
 /// As JSON, without an end of line. What isn't UTF-8 is replaced (U+FFFD).

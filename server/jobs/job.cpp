@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/rfc3339.h"
+#include "server/webhooks/webhook_target.h"
 
 namespace tessera::server {
 namespace {
@@ -251,6 +252,8 @@ proto::JobStatus status_of(const JobView& job, JobTimes::Clock::time_point now) 
   status.created = rfc3339(job.times.created);
   status.error = job.error;
   status.warnings = job.order->warnings + job.progress->broken_textures();
+  if (const std::string& url = job.order->webhook; !url.empty())
+    status.webhook = {std::string(host_of_webhook(url)), job.webhook.state, job.webhook.attempts, job.webhook.error};
   return status;
 }
 

@@ -151,6 +151,7 @@ struct JobOrder {
   std::optional<RetryKey> retry = {};
   Ledger::Need need = {};  ///< Of the memory to work on it.
   proto::Priority priority = proto::Priority::normal;
+  std::string webhook = {};  ///< The URL that its end is told to; empty for none.
 };
 
 /// The structure that a job traces, in figures.
@@ -169,6 +170,14 @@ struct JobTimes {
   std::optional<Clock::time_point> preparing, rendering, ended;
 };
 
+/// How far the delivery of a job's webhook has come. It is due once the job has ended.
+struct WebhookProgress {
+  proto::WebhookState state = proto::WebhookState::pending;
+  std::uint32_t attempts = 0;
+  std::string error = {};             ///< Why the last of them failed; empty otherwise.
+  JobTimes::Clock::time_point due{};  ///< Not before.
+};
+
 /// A job, as one moment shows it.
 struct JobView {
   std::string id;
@@ -182,6 +191,7 @@ struct JobView {
   std::optional<StructureUse> structure;      ///< Once it has been built, if the plan needs one; anew at completion.
   proto::ImageState image = proto::ImageState::none;
   std::shared_ptr<const Progress> progress;
+  WebhookProgress webhook;  ///< Where the order names one.
 };
 
 /// What a job's image takes, with what is kept of its tiles where their size is given: others are fewer than pixels by

@@ -234,6 +234,7 @@ JobOrder read_order(const json& value) {
   order.scene_hash = std::get<proto::ContentHash>(job->scene);
   order.settings = std::move(job->settings);
   order.priority = job->priority;
+  order.webhook = std::move(job->webhook);
   order.warnings = value.at("warnings");
   order.parsing = read_duration(value.at("parsing"));
   order.owner = value.value("owner", "");
@@ -262,6 +263,12 @@ struct EventBody {
     return value;
   }
   json operator()(const JobEvent::ImageGone&) const { return json::object(); }
+  json operator()(const JobEvent::WebhookTried& tried) const {
+    json value{{"state", proto::name(tried.state)}};
+    if (!tried.error.empty()) value["error"] = tried.error;
+    if (tried.state == proto::WebhookState::pending) value["delay"] = in_seconds(tried.delay);
+    return value;
+  }
   json operator()(const JobEvent::Removed& removed) const {
     return removed.owner.empty() ? json::object() : json{{"owner", removed.owner}};
   }
@@ -275,6 +282,7 @@ struct EventKind {
   std::string_view operator()(const JobEvent::Rendering&) const { return "rendering"; }
   std::string_view operator()(const JobEvent::Ended& ended) const { return proto::name(ended.state); }
   std::string_view operator()(const JobEvent::ImageGone&) const { return "image_gone"; }
+  std::string_view operator()(const JobEvent::WebhookTried&) const { return "webhook"; }
   std::string_view operator()(const JobEvent::Removed& removed) const {
     return removed.expired ? "expired" : "removed";
   }
@@ -288,8 +296,17 @@ struct EventStep {
   std::optional<JobStep> operator()(const JobEvent::Rendering&) const { return JobStep::rendering; }
   std::optional<JobStep> operator()(const JobEvent::Ended&) const { return JobStep::ended; }
   std::optional<JobStep> operator()(const JobEvent::ImageGone&) const { return std::nullopt; }
+  std::optional<JobStep> operator()(const JobEvent::WebhookTried&) const { return std::nullopt; }
   std::optional<JobStep> operator()(const JobEvent::Removed&) const { return std::nullopt; }
 };
+
+JobEvent::WebhookTried read_webhook_tried(const json& body) {
+  const auto state = proto::webhook_state(body.at("state").get<std::string>());
+  if (!state) throw std::runtime_error("a webhook can't be in that state: " + body.dump());
+  JobEvent::WebhookTried tried{*state, body.value("error", "")};
+  if (const auto delay = body.find("delay"); delay != body.end()) tried.delay = read_duration(*delay);
+  return tried;
+}
 
 decltype(JobEvent::what) read_what(std::string_view kind, const json& body) {
   if (kind == "queued" && body.contains("order"))
@@ -300,6 +317,7 @@ decltype(JobEvent::what) read_what(std::string_view kind, const json& body) {
     return JobEvent::Planned{std::make_shared<const PlanReport>(read_plan_report(body.at("plan")))};
   if (kind == "rendering") return JobEvent::Rendering{read_structure_use(body.at("structure"))};
   if (kind == "image_gone") return JobEvent::ImageGone{};
+  if (kind == "webhook") return read_webhook_tried(body);
   if (kind == "removed" || kind == "expired")
     return JobEvent::Removed{.expired = kind == "expired", .owner = body.value("owner", "")};
   const auto state = proto::job_state(kind);

@@ -42,6 +42,12 @@ struct JobEvent {
   };
   /// The image of a job that has ended has been given up, on disk as well.
   struct ImageGone {};
+  /// It was tried to deliver the webhook of a job that has ended.
+  struct WebhookTried {
+    proto::WebhookState state;
+    std::string error = {};                          ///< Why it failed.
+    std::chrono::steady_clock::duration delay = {};  ///< Until it is tried again.
+  };
   /// It was deleted, or has `expired`.
   struct Removed {
     bool expired = false;
@@ -51,7 +57,7 @@ struct JobEvent {
   std::chrono::system_clock::time_point time;
   /// Since the job was queued. Clocks of the system are set back now and then.
   std::chrono::steady_clock::duration age{};
-  std::variant<Queued, QueuedAgain, Preparing, Planned, Rendering, Ended, ImageGone, Removed> what;
+  std::variant<Queued, QueuedAgain, Preparing, Planned, Rendering, Ended, ImageGone, WebhookTried, Removed> what;
 };
 
 std::string text_of(const JobFigures& figures);

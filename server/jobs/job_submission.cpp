@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
@@ -28,6 +29,7 @@
 #include "server/store/journal.h"
 #include "server/store/owners.h"
 #include "server/store/scene_store.h"
+#include "server/webhooks/webhook_target.h"
 
 namespace tessera::server {
 using proto::Problem;
@@ -99,8 +101,8 @@ std::string order_document(std::string_view document, const proto::JobRequest& j
   std::string order = R"({"scene":")" + scene + R"(","image":{"width":)" + std::to_string(settings.width) +
                       R"(,"height":)" + std::to_string(settings.height) + '}';
   for (const JsonMember& member : json_members(document)) {
-    if (member.name != "camera" && member.name != "settings" && member.name != "name" && member.name != "priority")
-      continue;
+    constexpr std::string_view kTaken[] = {"camera", "settings", "name", "priority", "webhook"};
+    if (std::ranges::find(kTaken, member.name) == std::end(kTaken)) continue;
     std::string value(member.value);
     if (member.name == "settings" && job.samples_to_the_limit) {
       auto all = nlohmann::json::parse(value);
@@ -132,6 +134,8 @@ bool may_use_scene(Services& services, const Principal& who, const proto::Conten
 
 proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job, std::string_view document,
                                        const Principal& who, const std::stop_token& abandoned) {
+  if (!job.webhook.empty())
+    if (const auto target = read_webhook(services.config.webhooks, job.webhook); !target) return target.problem();
   auto scene = scene_of(services, job, who, abandoned);
   if (!scene) return scene.problem();
   if (FileBudget::is_limited() && scene->scene->objects.size() > kQuickObjects) throw TooHeavy{};
@@ -143,8 +147,8 @@ proto::Result<PreparedJob> prepare_job(Services& services, proto::JobRequest job
       frame_scene(*scene->scene, job.settings.width, job.settings.height, wanted.value_or(kUnplacedCamera));
   std::string order = document.empty() ? "" : order_document(document, job, scene->hash);
   return PreparedJob{
-      std::move(job.name), *std::move(scene), camera, std::move(job.settings), who, {}, std::move(order), {},
-      job.priority};
+      std::move(job.name), *std::move(scene),     camera, std::move(job.settings), who, {}, std::move(order), {},
+      job.priority,        std::move(job.webhook)};
 }
 
 std::optional<Problem> keep_scene(Services& services, const PreparedJob& job, std::string_view document,
@@ -173,7 +177,7 @@ proto::Result<JobTable::Admitted> start_job(Services& services, const PreparedJo
   const JobOrder order{job.name,     job.scene.hash, job.scene.scene->warnings.size(),
                        job.settings, job.parsing,    job.who.owner,
                        job.document, job.retry,      need,
-                       job.priority};
+                       job.priority, job.webhook};
   const proto::Key* key = job.who.key.get();
   const std::uint64_t samples = std::uint64_t{job.settings.width} * job.settings.height * job.settings.samples;
   if (key)

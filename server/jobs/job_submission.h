@@ -32,6 +32,7 @@ struct PreparedJob {
   std::string document;                           ///< `JobOrder::document`, where the job may be kept.
   std::optional<RetryKey> retry = {};
   proto::Priority priority = proto::Priority::normal;
+  std::string webhook = {};
 };
 
 /// Whether a scene is there for `who`: it was posted with one of the owner's keys, or belongs to one of the owner's

@@ -394,6 +394,17 @@ proto::Result<std::shared_ptr<const Film>> JobTable::film(const std::string& id)
                  {}};
 }
 
+bool JobTable::webhook_tried(const std::string& id, JobEvent::WebhookTried tried) {
+  Aftermath after;
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return false;
+  const JobEvent event = now(found->second, std::move(tried));
+  apply(id, event, after);
+  if (found->second.is_written) write(id, event, Journal::OnFailure::retry, false);
+  return true;
+}
+
 bool JobTable::is_written(const std::string& id) const {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);

@@ -159,6 +159,9 @@ class JobTable {
   /// Whether the next daemon will work on it.
   bool goes_on_later(const std::string& id) const;
 
+  /// It was tried to deliver a job's webhook. Whether the job is still there.
+  bool webhook_tried(const std::string& id, JobEvent::WebhookTried tried);
+
   /// What there is of a job's image, for as long as the caller wants it; null when it is on disk alone. `image_gone`
   /// when it gave way, `image_not_ready` when there is nothing of it, `not_found` for an unknown id.
   proto::Result<std::shared_ptr<const Film>> film(const std::string& id) const;
@@ -285,7 +288,7 @@ class JobTable {
   // What has happened:
 
   /// The one function that changes what a job is. Nothing happens to one that has ended but that it is removed. Takes
-  /// no memory but for a job that is queued.
+  /// no memory but for a job that is queued, and for what is wrong with its webhook.
   void apply(const std::string& id, const JobEvent& event, Aftermath& after);
   /// The same for what happens now: it is logged and counted.
   void apply_now(const std::string& id, const JobEvent& event, Aftermath& after);

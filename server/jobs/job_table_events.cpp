@@ -71,6 +71,11 @@ void JobTable::apply(const std::string& id, const JobEvent& event, Aftermath& af
   if (std::holds_alternative<JobEvent::Removed>(event.what) && proto::has_ended(view.state)) return drop(found, after);
   if (std::holds_alternative<JobEvent::QueuedAgain>(event.what)) return begin_again(job, after);
   if (std::holds_alternative<JobEvent::ImageGone>(event.what)) return give_up_image(job, after);
+  if (const auto* tried = std::get_if<JobEvent::WebhookTried>(&event.what)) {
+    view.webhook = {tried->state, view.webhook.attempts + 1, tried->error,
+                    view.times.queued + event.age + tried->delay};
+    return;
+  }
   if (proto::has_ended(view.state)) return;
   const auto reach = [&](JobState state) {
     check_step(view.state, state);
@@ -130,6 +135,7 @@ void JobTable::begin_again(Job& job, Aftermath& after) {
   again.times.created = view.times.created;
   again.times.queued = view.times.queued;
   again.progress = job.progress = std::make_shared<Progress>();
+  again.webhook = view.webhook;
   view = std::move(again);
 }
 

@@ -41,6 +41,10 @@ Result<PreparedJob> prepare(Services& services, const Asset& asset, const JobDra
   }
   auto job = proto::parse_job(document, *asset.files, limits, abandoned);
   if (!job) return job_problem(job.problem(), asset);
+  if (!job->webhook.empty())  // Who asks for the same thing shares a job.
+    return proto::Problem{proto::ProblemCode::invalid_document,
+                          "The document asks for more than an image.",
+                          {{"/webhook", "Only jobs that are posted to /v1/jobs have webhooks."}}};
   if (scene) job->scene = *std::move(scene);
   auto prepared = prepare_job(services, *std::move(job), document, who, abandoned);
   if (!prepared) return job_problem(prepared.problem(), asset);

@@ -101,6 +101,16 @@ void tell_jobs(Families& to, const JobTable::Usage& usage) {
     to.add({{"kind", kRayKinds[i].name}}, metrics().rays_by_kind[i].load());
 }
 
+void tell_webhooks(Families& to) {
+  to.begin("tessera_webhook_attempts_total",
+           "Tries to deliver a webhook, by what came of them: pending, it is tried again; failed, it isn't.", kCounter);
+  for (const auto state : {proto::WebhookState::pending, proto::WebhookState::delivered, proto::WebhookState::failed})
+    to.add({{"outcome", std::string(proto::name(state))}},
+           metrics().webhook_attempts[static_cast<std::size_t>(state)].load());
+  to.one("tessera_webhooks_pending", "Webhooks of jobs that have ended, and that are still to be delivered.", kGauge,
+         metrics().webhooks_pending.load());
+}
+
 void tell_scheduler(Families& to, const Scheduler::Usage& usage) {
   to.one("tessera_scheduler_threads", "Threads that build and render, but for spare ones.", kGauge, usage.threads);
   to.one("tessera_scheduler_threads_busy", "Threads that are at work, spare ones included.", kGauge, usage.busy);
@@ -195,6 +205,7 @@ std::string exposition(Services& services) {
   const JobTable::Usage jobs = services.jobs.usage();
   Families families;
   tell_jobs(families, jobs);
+  tell_webhooks(families);
   tell_scheduler(families, services.scheduler.usage());
   tell_memory(families, services, jobs,
               {{"scenes", services.scenes.scenes_usage()},

@@ -56,6 +56,8 @@ class Metrics {
   Histogram pass_time, tile_time;                               ///< Of a tile, what it was worked on in a pass.
   std::array<std::atomic<std::uint64_t>, 3> jobs_by_outcome{};  ///< From `JobState::completed` on.
   std::array<std::atomic<std::uint64_t>, kRayKinds.size()> rays_by_kind{};
+  std::array<std::atomic<std::uint64_t>, 3> webhook_attempts{};  ///< By what came of them, a `WebhookState`.
+  std::atomic<std::uint64_t> webhooks_pending{0};                ///< Of jobs that have ended.
 
   /// A row for each route, and one for requests that fit none.
   std::span<const RouteMetrics> by_route() const { return {by_route_.get(), routes_ + 1}; }

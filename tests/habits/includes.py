@@ -48,6 +48,7 @@ LIBRARIES = {
     "server": ["nlohmann/", "spdlog/", "CLI/"],
     "server/http": ["nlohmann/", "openssl/", "spdlog/"],
     "server/metrics": ["prometheus/"],
+    "server/webhooks": ["boost/", "nlohmann/", "openssl/", "spdlog/"],
     "client": ["boost/", "nlohmann/", "openssl/", "CLI/"],
     "tests": ["gtest/", "nlohmann/", "OpenImageIO/", "draco/", "meshoptimizer.h", "xmmintrin.h"],
     "tests/benchmarks": ["nlohmann/", "CLI/", "embree3/", "tiny_obj_loader.h", "OpenImageIO/", "malloc.h", "png.h"],

@@ -49,13 +49,15 @@ TEST(ParseJob, DefaultsAreThoseOfCore) {
 
 TEST(ParseJob, EverySetting) {
   const JobRequest job =
-      parsed_job(kByHash + R"(, "name": "übung", "priority": "high", "image": {"width": 640, "height": 480},
+      parsed_job(kByHash + R"(, "name": "übung", "priority": "high", "webhook": "https://hooks.example.org/",
+    "image": {"width": 640, "height": 480},
     "camera": {"type": "orthographic", "from": [0, 0, 1], "at": [0, 0, 0], "height": 3},
     "settings": {"samples": 16, "jitter": false, "max_depth": 9, "seed": 18446744073709551615,
                  "accel": {"kind": "brute"}, "screen_bounds": "off", "tile_size": 32,
                  "aovs": ["object_id", "depth"], "count_tests": true}})");
   EXPECT_EQ(job.name, "übung");
   EXPECT_EQ(job.priority, Priority::high);
+  EXPECT_EQ(job.webhook, "https://hooks.example.org/");
   EXPECT_EQ(std::get<OrthographicCamera>(job.camera.value()).height, 3);
   EXPECT_EQ(job.settings.width, 640U);
   EXPECT_EQ(job.settings.height, 480U);

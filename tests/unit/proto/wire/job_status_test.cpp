@@ -35,7 +35,8 @@ JobStatus sample() {
           .eta_range = Range{10, 20},
           .created = "2024-01-01T00:00:00Z",
           .error = "",
-          .warnings = 2};
+          .warnings = 2,
+          .webhook = WebhookStatus{"hooks.example.org", WebhookState::failed, 11, "it answered 500"}};
 }
 
 TEST(JobStatus, SurvivesTheWire) {
@@ -52,12 +53,16 @@ TEST(JobStatus, SurvivesTheWire) {
   EXPECT_EQ(back->samples_per_pixel.most, 4U);
   EXPECT_EQ(back->achieved->interval.low, 0.018);
   EXPECT_EQ(back->eta_range->high, 20);
+  EXPECT_EQ(back->webhook->state, WebhookState::failed);
+  EXPECT_EQ(back->webhook->attempts, 11U);
 
   JobStatus fresh = sample();
   fresh.eta.reset();
   fresh.achieved.reset();
+  fresh.webhook.reset();
   EXPECT_FALSE(to_json(fresh).contains("eta"));
   EXPECT_FALSE(to_json(fresh).contains("achieved"));
+  EXPECT_FALSE(to_json(fresh).contains("webhook"));
   EXPECT_EQ(job_status(to_json(fresh))->eta, std::nullopt);
 }
 

@@ -19,7 +19,7 @@ const std::string kScene = "sha256:" + std::string(64, 'a');
 TEST(JobEvent, AnOrderIsWhatItsDocumentSays) {
   auto order = std::make_shared<JobOrder>();
   order->document = R"({"scene":")" + kScene +
-                    R"(","image":{"width":7,"height":9},"name":"\u00e9","priority":"high",)"
+                    R"(","image":{"width":7,"height":9},"name":"\u00e9","priority":"high","webhook":"https://a.b/c?d",)"
                     R"("settings":{"samples":3,"seed":18446744073709551615,"aovs":["depth"],"tile_size":"whole"}})";
   order->need = {kScene + " 8", 5, 6};
   order->warnings = 2;
@@ -31,6 +31,7 @@ TEST(JobEvent, AnOrderIsWhatItsDocumentSays) {
   const JobOrder& read = *std::get<JobEvent::Queued>(again.what).order;
   EXPECT_EQ(read.name, "\u00e9");
   EXPECT_EQ(read.priority, proto::Priority::high);
+  EXPECT_EQ(read.webhook, "https://a.b/c?d");
   EXPECT_EQ(read.scene_hash, kScene);
   EXPECT_EQ(read.settings.width, 7U);
   EXPECT_EQ(read.settings.height, 9U);
@@ -51,6 +52,21 @@ TEST(JobEvent, LimitsOfTodayAreNoneOfAnOrderThatWasAccepted) {
                                        R"("settings":{"samples":4000000}})");
   ASSERT_TRUE(job) << job.problem().detail;
   EXPECT_EQ(job->settings.samples, 4000000U);
+}
+
+TEST(JobEvent, ATryToDeliverAWebhookSaysWhatFollows) {
+  const JobEvent event{{}, 3s, JobEvent::WebhookTried{proto::WebhookState::pending, "it answered 500", 1500ms}};
+  EXPECT_EQ(kind_of(event), "webhook");
+  EXPECT_EQ(step_of(event), std::nullopt);
+  const JobEvent again = written(event);
+  const auto& tried = std::get<JobEvent::WebhookTried>(again.what);
+  EXPECT_EQ(again.age, 3s);
+  EXPECT_EQ(tried.state, proto::WebhookState::pending);
+  EXPECT_EQ(tried.error, "it answered 500");
+  EXPECT_EQ(tried.delay, 1500ms);
+  const JobEvent end = written({{}, 0s, JobEvent::WebhookTried{proto::WebhookState::delivered}});
+  EXPECT_EQ(std::get<JobEvent::WebhookTried>(end.what).state, proto::WebhookState::delivered);
+  EXPECT_EQ(std::get<JobEvent::WebhookTried>(end.what).error, "");
 }
 
 TEST(JobEvent, AnEndHasItsFiguresToTheLastBit) {

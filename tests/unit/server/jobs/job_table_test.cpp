@@ -537,6 +537,44 @@ TEST(JobTable, WorkHasItsTime) {
   EXPECT_EQ(state(table, queued), JobState::queued) << "waiting isn't work";
 }
 
+TEST(JournaledJobs, HowWebhooksStandIsKnownToTheNextDaemonToo) {
+  using namespace std::chrono_literals;
+  using proto::WebhookState;
+  const TemporaryFolder folder;
+  std::string tried, done;
+  {
+    Journal journal(folder.path() / "journal.db");
+    JobTable table(kRoomy, &journal);
+    const auto add_ended = [&] {
+      JobOrder order = written_order();
+      order.document.insert(1, R"("webhook":"https://a.b/c",)");
+      const std::string id = (*table.add(std::move(order))).id;
+      EXPECT_TRUE(table.cancel(id));
+      return id;
+    };
+    tried = add_ended(), done = add_ended();
+    EXPECT_TRUE(table.webhook_tried(tried, {WebhookState::pending, "it answered 500", 1h}));
+    EXPECT_TRUE(table.webhook_tried(tried, {WebhookState::pending, "it answered 503", 1h}));
+    EXPECT_TRUE(table.webhook_tried(done, {WebhookState::pending, "no answer in time", 5s}));
+    EXPECT_TRUE(table.webhook_tried(done, {WebhookState::delivered}));
+    EXPECT_FALSE(table.webhook_tried("nobody", {WebhookState::delivered}));
+  }
+  Journal journal(folder.path() / "journal.db");
+  JobTable table(kRoomy, &journal);
+  restore(journal, table);
+  const JobView first = *table.find(tried), second = *table.find(done);
+  EXPECT_EQ(first.order->webhook, "https://a.b/c");
+  EXPECT_EQ(first.webhook.state, WebhookState::pending);
+  EXPECT_EQ(first.webhook.attempts, 2U);
+  EXPECT_EQ(first.webhook.error, "it answered 503");
+  const auto left = first.webhook.due - JobTimes::Clock::now();
+  EXPECT_GT(left, 50min);
+  EXPECT_LE(left, 1h + 1s);
+  EXPECT_EQ(second.webhook.state, WebhookState::delivered);
+  EXPECT_EQ(second.webhook.attempts, 2U);
+  EXPECT_EQ(second.webhook.error, "");
+}
+
 TEST(JournaledJobs, ImagesGiveWayAndJobsExpireForTheNextDaemonToo) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "journal.db";

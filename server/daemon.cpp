@@ -134,7 +134,7 @@ struct Backend {
         scenes(folder.scenes(), folder.set_aside(), blobs, config.documents, config.scene_cache),
         wide_store(open_wide_store(config, folder)),
         structures(config.structure_cache, make_from(wide_store, config.threads)),
-        journal(folder.journal()),
+        journal(folder.journal(), folder.has_traces_of_jobs() ? Journal::Missing::is_lost : Journal::Missing::is_new),
         films(folder.images(), folder.set_aside(), journal),
         jobs(job_limits(config), &journal, [this](const std::string& id) { films.remove(id); }),
         unfinished(restore_jobs(journal, films, scenes, jobs)),

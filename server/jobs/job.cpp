@@ -36,7 +36,7 @@ struct TimeLeft {
 
 /// Until the image has so many samples. Those of empty tiles cost next to nothing, so they don't count.
 std::optional<TimeLeft> time_until(double samples, const JobView& job, JobTimes::Clock::time_point now) {
-  if (job.state != proto::JobState::rendering) return std::nullopt;
+  if (job.state != proto::JobState::rendering || !job.plan) return std::nullopt;
   const Progress::Pace pace = job.progress->pace();
   if (pace.camera_rays == 0) return std::nullopt;
   const double part_traced =

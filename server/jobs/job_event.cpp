@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "core/accel/accel_table.h"
 #include "proto/read_accel.h"
 #include "server/handlers/accel_json.h"
+#include "server/store/stored_json.h"
 
 namespace tessera::server {
 namespace {
@@ -64,7 +66,8 @@ json numbers_json(const T& from, const Whole<T> (&numbers)[kCount]) {
 
 template <typename T, std::size_t kCount>
 void read_numbers(const json& values, const Whole<T> (&numbers)[kCount], T& out) {
-  for (const auto& [name, member] : numbers) out.*member = values.at(name);
+  for (const auto& [name, member] : numbers)
+    out.*member = stored_number<std::remove_reference_t<decltype(out.*member)>>(values.at(name));
 }
 
 /// JSON has no infinity.
@@ -73,12 +76,17 @@ double read_real(const json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
+/// Of what has been going on since computers have clocks, and goes on for a while: sums of two can be told in
+/// nanoseconds.
+constexpr std::chrono::years kLongest{100};
+
 double in_seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 std::chrono::steady_clock::duration read_duration(const json& value) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(value.get<double>()));
+  const std::chrono::duration<double> duration(value.get<double>());
+  if (!(duration >= -kLongest && duration <= kLongest)) throw std::runtime_error("nothing lasts so long");
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(duration);
 }
 
 constexpr std::array<std::string_view, 3> kEndedBy{"samples", "error", "seconds"};
@@ -114,7 +122,7 @@ std::optional<StructureUse> read_structure_use(const json& value) {
   if (value.is_null()) return std::nullopt;
   StructureUse use{read_structure_options(value.at("options")), {}, value.at("build_seconds"), value.at("shared")};
   read_numbers(value, kStructureNumbers, use.stats);
-  use.stats.depth = value.at("depth");
+  use.stats.depth = stored_number<std::uint32_t>(value.at("depth"));
   use.stats.mesh_seconds = value.at("mesh_seconds");
   return use;
 }
@@ -145,7 +153,7 @@ PlanReport read_plan_report(const json& value) {
     plan.candidates.push_back({read_structure_options(estimate.at("options")), read_real(estimate.at("build_seconds")),
                                read_real(estimate.at("trace_seconds"))});
   for (const json& skip : value.at("skips"))
-    plan.skips.push_back({skip.at("what"), skip.at("because"), skip.at("count")});
+    plan.skips.push_back({skip.at("what"), skip.at("because"), stored_number<std::uint64_t>(skip.at("count"))});
   return plan;
 }
 
@@ -165,18 +173,19 @@ json passes_json(const PassReport& passes) {
 }
 
 PassReport read_passes(const json& value) {
-  PassReport passes{value.at("passes"),
-                    value.at("least"),
-                    value.at("most"),
-                    value.at("samples"),
-                    value.at("low_total"),
-                    value.at("high_total"),
+  PassReport passes{stored_number<std::uint32_t>(value.at("passes")),
+                    stored_number<std::uint32_t>(value.at("least")),
+                    stored_number<std::uint32_t>(value.at("most")),
+                    stored_number<std::uint64_t>(value.at("samples")),
+                    stored_number<std::uint64_t>(value.at("low_total")),
+                    stored_number<std::uint64_t>(value.at("high_total")),
                     {},
                     {}};
   if (const json& error = value.at("error"); !error.is_null())
     passes.error = ErrorEstimate{read_real(error.at(0)), read_real(error.at(1)), read_real(error.at(2))};
   if (const json& by = value.at("ended_by"); !by.is_null()) {
     const auto found = std::ranges::find(kEndedBy, by.get<std::string>());
+    if (found == kEndedBy.end()) throw std::runtime_error("nothing ends by " + by.dump());
     passes.ended_by = static_cast<EndedBy>(found - kEndedBy.begin());
   }
   return passes;
@@ -196,9 +205,9 @@ JobFigures figures_of(const json& value) {
   JobFigures figures;
   read_numbers(value.at("rays"), kRayNumbers, figures.rays);
   read_numbers(value.at("tests"), kTestNumbers, figures.tests);
-  figures.samples = value.at("samples");
-  figures.tiles = value.at("tiles");
-  figures.broken_textures = value.at("broken_textures");
+  figures.samples = stored_number<std::uint64_t>(value.at("samples"));
+  figures.tiles = stored_number<std::uint64_t>(value.at("tiles"));
+  figures.broken_textures = stored_number<std::uint64_t>(value.at("broken_textures"));
   figures.passes = read_passes(value.at("passes"));
   if (const auto cores = value.find("core_seconds"); cores != value.end()) figures.cores = {cores->at(0), cores->at(1)};
   return figures;
@@ -235,11 +244,12 @@ JobOrder read_order(const json& value) {
   order.settings = std::move(job->settings);
   order.priority = job->priority;
   order.webhook = std::move(job->webhook);
-  order.warnings = value.at("warnings");
+  order.warnings = stored_number<std::uint64_t>(value.at("warnings"));
   order.parsing = read_duration(value.at("parsing"));
   order.owner = value.value("owner", "");
   const json& memory = value.at("memory");
-  order.need = {memory.at("of"), memory.at("shared"), memory.at("own")};
+  order.need = {memory.at("of"), stored_number<std::uint64_t>(memory.at("shared")),
+                stored_number<std::uint64_t>(memory.at("own"))};
   if (const auto retry = value.find("idempotency"); retry != value.end())
     order.retry = RetryKey{retry->at("key"), retry->at("request")};
   return order;
@@ -328,20 +338,21 @@ decltype(JobEvent::what) read_what(std::string_view kind, const json& body) {
                          body.value("image", false),
                          figures_of(body),
                          nullptr,
-                         body.at("never_tested")};
+                         stored_number<std::uint64_t>(body.at("never_tested"))};
 }
 
 }  // namespace
 
 proto::Result<proto::JobRequest> read_order_document(std::string_view document) {
   proto::Limits any;
-  any.max_pixels = any.max_tiles = any.max_samples = std::numeric_limits<std::uint64_t>::max();
+  any.max_pixels = any.max_tiles = 1ULL << 44;  // Of which the bytes can be told in 64 bits.
+  any.max_samples = std::numeric_limits<std::uint64_t>::max();
   return proto::parse_job(document, NoFilesOfOrders(), any);
 }
 
 std::string text_of(const JobFigures& figures) { return figures_json(figures).dump(); }
 
-JobFigures read_figures(const std::string& text) { return figures_of(json::parse(text)); }
+JobFigures read_figures(const std::string& text) { return figures_of(parse_stored(text)); }
 
 std::string_view kind_of(const JobEvent& event) { return std::visit(EventKind{}, event.what); }
 
@@ -354,7 +365,8 @@ std::string body_of(const JobEvent& event) {
 std::optional<JobStep> step_of(const JobEvent& event) { return std::visit(EventStep{}, event.what); }
 
 JobEvent read_event(const JournalEntry& entry) {
-  const json body = json::parse(entry.body);
+  if (entry.time < std::chrono::system_clock::time_point()) throw std::runtime_error("it happened before 1970");
+  const json body = parse_stored(entry.body);
   return {entry.time, read_duration(body.at("age")), read_what(entry.kind, body)};
 }
 

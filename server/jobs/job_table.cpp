@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <new>
 #include <random>
+#include <stdexcept>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -25,6 +26,11 @@ std::uint64_t time_of(const std::string& id) {
   std::uint64_t time = 0;
   std::from_chars(id.data(), id.data() + std::min(kDigits, id.size()), time, 16);
   return time;
+}
+
+/// Whether `new_id` may have made it. Files are named for jobs.
+bool is_job_id(const std::string& text) {
+  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == text.npos;
 }
 
 /// Counted as long as it lives, for longer than the table if need be.
@@ -530,6 +536,7 @@ void JobTable::shut_down() {
 }
 
 void JobTable::restore(const std::string& id, const JobEvent& event, std::uint64_t seq) {
+  if (!is_job_id(id)) throw std::runtime_error("no job is called so");
   Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);

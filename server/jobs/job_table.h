@@ -239,6 +239,7 @@ class JobTable {
   void shut_down();
 
   /// What happened to a job before this daemon started; in the order in which it did, before anything else is asked.
+  /// Throws std::exception for what can't have happened; then nothing has changed.
   void restore(const std::string& id, const JobEvent& event, std::uint64_t seq);
   /// After that: queues those again that hadn't ended, each with what it `needs`, and says which those are, in the
   /// order in which they came. `needs` is called with the mutex held.

@@ -97,6 +97,7 @@ void JobTable::apply(const std::string& id, const JobEvent& event, Aftermath& af
 }
 
 void JobTable::begin(const std::string& id, const JobEvent& event, const JobEvent::Queued& queued) {
+  if (jobs_.contains(id)) throw std::logic_error("a job was queued twice: " + id);
   Job job;
   job.progress = std::make_shared<Progress>();
   job.film_bytes = image_bytes(queued.order->settings);
@@ -111,7 +112,7 @@ void JobTable::begin(const std::string& id, const JobEvent& event, const JobEven
   const std::uint64_t bytes = job.film_bytes;
   if (const auto& retry = queued.order->retry) retries_.insert_or_assign(retry->key, id);
   events_.add(id, queued.order->owner);
-  if (!jobs_.emplace(id, std::move(job)).second) throw std::logic_error("a job was queued twice: " + id);
+  jobs_.emplace(id, std::move(job));
   unfinished_bytes_ += bytes;
   ++unfinished_;
   ++by_state_[index_of(JobState::queued)];

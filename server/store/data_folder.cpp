@@ -34,4 +34,12 @@ DataFolder::DataFolder(const fs::path& path)
       if (entry.path().filename().string().starts_with(kReceivedFilePrefix)) fs::remove(entry.path());
 }
 
+bool DataFolder::has_traces_of_jobs() const {
+  const auto has_files = [](const fs::path& folder) {
+    std::error_code missing;
+    return fs::directory_iterator(folder, missing) != fs::directory_iterator();
+  };
+  return has_files(images_) || has_files(tiles_);
+}
+
 }  // namespace tessera::server

@@ -23,6 +23,9 @@ class DataFolder {
   const std::filesystem::path& set_aside() const { return set_aside_; }
   const std::filesystem::path& journal() const { return journal_; }
 
+  /// Whether there is what only jobs leave, which the journal has to know of.
+  bool has_traces_of_jobs() const;
+
  private:
   std::filesystem::path blobs_, scenes_, owners_, images_, tiles_, set_aside_, journal_;
   FileDescriptor lock_;

@@ -23,6 +23,7 @@
 #include "proto/wire/sha256.h"
 #include "server/store/received_file.h"
 #include "server/store/set_aside.h"
+#include "server/store/storage_error.h"
 
 namespace tessera::server {
 namespace fs = std::filesystem;
@@ -159,9 +160,15 @@ std::set<std::string> ImageStore::jobs() const {
   return jobs;
 }
 
+std::optional<std::string> ImageStore::image_in_journal(const std::string& job) const try {
+  return journal_.image(job);
+} catch (const std::runtime_error& error) {
+  throw StorageError(EIO, error.what());
+}
+
 std::shared_ptr<const Film> ImageStore::load(const std::string& job) const {
   const fs::path path = path_of(job);
-  if (std::optional<std::string> bytes = journal_.image(job)) {
+  if (std::optional<std::string> bytes = image_in_journal(job)) {
     try {
       std::istringstream from(*bytes);
       return read_film(from, bytes->size());
@@ -189,6 +196,14 @@ std::shared_ptr<const Film> ImageStore::load(const std::string& job) const {
 }
 
 void ImageStore::remove(const std::string& job) const { fs::remove(path_of(job)); }
+
+std::vector<fs::path> ImageStore::set_strangers_aside(const std::set<std::string>& known) const {
+  std::vector<fs::path> strangers;
+  for (const auto& entry : fs::directory_iterator(folder_))
+    if (!known.contains(entry.path().stem())) strangers.push_back(entry.path());
+  for (const fs::path& file : strangers) set_aside(file, set_aside_, "its job isn't known any more");
+  return strangers;
+}
 
 Shelf::Scrubbed ImageStore::scrub(const std::function<void(const fs::path& file)>& is_damaged) const {
   Shelf::Scrubbed scrubbed;

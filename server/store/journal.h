@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,6 +29,19 @@ struct JournalEntry {
   std::string body;                            ///< JSON.
 };
 
+/// Milliseconds since 1970 as the clock tells moments; those that it can't tell are the last, or the first, that it
+/// can.
+std::chrono::system_clock::time_point journal_time(std::int64_t milliseconds);
+
+/// No entry has a greater number.
+inline constexpr std::int64_t kLastEntry = std::int64_t{1} << 62;
+
+/// A journal that isn't what was written: what is wrong with it, and what to do.
+struct DamagedJournal : std::runtime_error {
+  DamagedJournal(const std::filesystem::path& file, const std::string& what_is_wrong);
+  const std::string why;
+};
+
 /// What happened to jobs, in the order in which it did, on disk: an embedded SQLite database. Entries are only
 /// appended; those of a job that has been removed go, but for the one that says so. Small images lie beside them, so
 /// that a job's end and its image are one write to the disk. One thread writes, and takes all that has queued up
@@ -35,9 +49,11 @@ struct JournalEntry {
 /// any number of threads; `append` may be called with a mutex held, as it waits for nothing.
 class Journal {
  public:
-  /// Opens it, or makes a new one, or brings one of an older version up to date. Throws std::runtime_error when it
-  /// can't be used: it is damaged, say, or a newer program's.
-  explicit Journal(const std::filesystem::path& file);
+  /// What it is when there is no file: the first time, or that it has been lost.
+  enum class Missing { is_new, is_lost };
+  /// Opens it, or makes a new one, or brings one of an older version up to date. Throws DamagedJournal, and
+  /// std::runtime_error when it can't be used otherwise: it is a newer program's, say.
+  explicit Journal(const std::filesystem::path& file, Missing missing = Missing::is_new);
   /// Closes.
   ~Journal();
   Journal(const Journal&) = delete;
@@ -66,7 +82,8 @@ class Journal {
   /// Has a job's image go, some time.
   void remove_image(const std::string& job);
 
-  /// At most `limit` entries with a greater `seq`, in order. Throws std::runtime_error when they can't be read.
+  /// At most `limit` entries with a greater `seq`, in order. Throws DamagedJournal when one isn't what was written, and
+  /// std::runtime_error when they can't be read otherwise.
   std::vector<JournalEntry> since(std::uint64_t seq, std::size_t limit) const;
 
   /// The image that was appended for a job; nothing where there is none. Throws as `since` does.
@@ -90,10 +107,13 @@ class Journal {
 
   void write_on();
   std::optional<proto::Problem> write(const std::vector<Waiting>& batch);
+  void log_once(const std::string& error);
 
   const std::unique_ptr<JournalDatabase> writing_;  ///< The writer's alone, once that has begun.
   mutable std::mutex reading_mutex_;
   const std::unique_ptr<JournalDatabase> reading_;  ///< Guarded by `reading_mutex_`.
+  const std::filesystem::path file_;
+  std::string last_error_;  ///< Of writing; empty when that went well. The writer's alone.
 
   mutable std::mutex mutex_;  ///< Guards what follows; nothing is called while it is held.
   std::condition_variable changed_;

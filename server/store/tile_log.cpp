@@ -22,6 +22,7 @@
 
 #include "proto/wire/sha256.h"
 #include "server/jobs/job_event.h"
+#include "server/store/stored_json.h"
 
 namespace tessera::server {
 namespace fs = std::filesystem;
@@ -96,9 +97,10 @@ Pass read_pass(const json& runs, const Settings& settings) {
   Pass pass(settings.width, settings.height, {});
   std::size_t at = 0;
   for (const json& run : runs) {
-    const std::size_t count = run.at(0);
+    const auto count = stored_number<std::size_t>(run.at(0));
     if (count > pass.blocks.size() - at) throw std::runtime_error("a pass has more blocks than its image");
-    std::fill_n(pass.blocks.begin() + static_cast<std::ptrdiff_t>(at), count, SampleRange{run.at(1), run.at(2)});
+    const SampleRange samples{stored_number<std::uint32_t>(run.at(1)), stored_number<std::uint32_t>(run.at(2))};
+    std::fill_n(pass.blocks.begin() + static_cast<std::ptrdiff_t>(at), count, samples);
     at += count;
   }
   if (at != pass.blocks.size()) throw std::runtime_error("a pass has fewer blocks than its image");
@@ -173,7 +175,7 @@ std::optional<StoredPasses> TileLog::load() try {
     const bool is_whole = std::ranges::none_of(tiles, [](const auto& tile) { return !tile; });
     Reader reader(path_of(pass));
     if (!reader.next() || reader.index() != kTileLogHeader) break;
-    const json header = json::parse(reader.payload());
+    const json header = parse_stored(reader.payload());
     if (header.at("version") != kTileLogVersion || header.at("tiles") != tiles_.size())
       throw std::runtime_error("they are another program's");
     std::uint64_t size = reader.end();

@@ -3,7 +3,9 @@
 import contextlib
 import http.client
 import os
+import shutil
 import sqlite3
+import subprocess
 import tempfile
 import threading
 import time
@@ -293,6 +295,102 @@ class DurabilityTest(unittest.TestCase):
         self.assertEqual(self.image(daemon, job), self.image(daemon, undisturbed))
         daemon = self.restarted(daemon)
         self.assertEqual(os.listdir(os.path.join(self.data_dir, "tiles")), [])
+
+    def scrub(self):
+        command = [os.environ["TESSERAD"], "--scrub", "--data-dir", self.data_dir]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        return done.returncode, done.stdout + done.stderr
+
+    def test_a_damaged_journal_is_told_of_and_what_can_be_read_is_kept(self):
+        """Nothing starts with it, or changes it, but who runs the server; then all that isn't on damaged pages is there."""
+        daemon = self.start()
+        jobs = [daemon.submit(noisy_job(seed, 16 if seed else 128, 1)) for seed in range(40)]
+        for job in jobs:
+            daemon.wait_ended(job)
+        images = {job: self.image(daemon, job) for job in jobs}
+        daemon.kill()
+        journal = os.path.join(self.data_dir, "journal.db")
+        whole, saved = self.data_dir, self.data_dir + "-saved"
+        shutil.copytree(whole, saved)
+
+        def overwrite(path, at, text):
+            with open(path, "r+b") as file:
+                file.seek(at)
+                file.write(text)
+
+        def checkpointed():
+            self.in_journal("PRAGMA wal_checkpoint(TRUNCATE)")
+
+        def page_overwritten():
+            checkpointed()
+            overwrite(journal, 20 * 4096, os.urandom(4096))
+
+        def header_overwritten():
+            checkpointed()
+            overwrite(journal, 0, b"garbage " * 16)
+
+        def cut_off():
+            checkpointed()
+            os.truncate(journal, os.path.getsize(journal) // 8192 * 4096)
+
+        def emptied():
+            checkpointed()
+            os.truncate(journal, 0)
+
+        def gone():
+            checkpointed()
+            os.remove(journal)
+
+        def entry_changed():
+            self.in_journal("UPDATE events SET body = replace(body, '128', '127') WHERE job = ?", (jobs[0],))
+            checkpointed()
+
+        def log_damaged():
+            overwrite(journal + "-wal", 32 + 4120 * 40 + 1000, b"garbage")
+
+        def log_header_damaged():
+            overwrite(journal + "-wal", 10, b"garbage")
+
+        def file_emptied_beside_its_log():
+            os.truncate(journal, 0)
+
+        for damage, least in (
+            (page_overwritten, 35),
+            (header_overwritten, 40),
+            (cut_off, 5),
+            (emptied, 0),
+            (gone, 0),
+            (entry_changed, 39),
+            (log_damaged, 35),
+            (log_header_damaged, 40),
+            (file_emptied_beside_its_log, 40),
+        ):
+            with self.subTest(damage.__name__):
+                shutil.rmtree(whole)
+                shutil.copytree(saved, whole)
+                damage()
+                for _ in range(2):
+                    with self.assertRaisesRegex(RuntimeError, "journal.db is damaged: .*tesserad --scrub"):
+                        Daemon(data_dir=self.data_dir)
+                self.assertEqual(len(os.listdir(os.path.join(whole, "images"))), 1, "none is removed")
+                status, said = self.scrub()
+                self.assertEqual(status, 1, said)
+                self.assertIn("damaged, and set aside: " + journal, said)
+                daemon = Daemon(data_dir=self.data_dir)
+                listed = [job["id"] for job in daemon.request("GET", "/v1/jobs?limit=1000").json()["jobs"]]
+                self.assertGreaterEqual(len(listed), least, said)
+                self.assertLessEqual(set(listed), set(jobs))
+                for job in listed:
+                    self.assertEqual(daemon.wait_ended(job)["state"], "completed")
+                    self.assertEqual(self.image(daemon, job), images[job])
+                aside = os.listdir(os.path.join(whole, "set-aside"))
+                self.assertEqual(any(name.startswith("data-journal.db") for name in aside), damage != gone)
+                if jobs[0] not in listed:
+                    self.assertIn(f"images-{jobs[0]}.film", aside)
+                later = daemon.submit(noisy_job(100, 16, 1))
+                daemon.wait_ended(later)
+                daemon.stop()
+                self.assertEqual(self.scrub()[0], 0)
 
     def test_a_submission_that_is_repeated_is_the_same_job(self):
         daemon = self.start()

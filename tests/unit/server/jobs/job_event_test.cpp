@@ -158,5 +158,25 @@ TEST(JobEvent, WhatIsNoneIsRefused) {
   EXPECT_ANY_THROW(read_event({1, "a", "rendering", {}, R"({"age":0,"structure":{"options":{"kind":"no"}}})"}));
 }
 
+TEST(JobEvent, ValuesThatCannotBeAreRefused) {
+  const std::string whole = body_of({{}, 0s, JobEvent::Ended{proto::JobState::failed}});
+  EXPECT_NO_THROW(read_event({1, "a", "failed", {}, whole}));
+  const auto is_refused = [&](const std::string& from, const std::string& to) {
+    std::string body = whole;
+    body.replace(body.find(from), from.size(), to);
+    EXPECT_ANY_THROW(read_event({1, "a", "failed", {}, body})) << body;
+  };
+  is_refused(R"("age":0.0)", R"("age":1e300)");
+  is_refused(R"("age":0.0)", R"("age":-1e300)");
+  is_refused(R"("samples":0)", R"("samples":-1)");
+  is_refused(R"("samples":0)", R"("samples":1e300)");
+  is_refused(R"("passes":0)", R"("passes":4294967296)");
+  is_refused(R"("ended_by":null)", R"("ended_by":"luck")");
+  is_refused(R"("age":0.0)", R"("age":0,"x":)" + std::string(10'000, '[') + std::string(10'000, ']'));
+  EXPECT_ANY_THROW(read_event({1, "a", "preparing", std::chrono::system_clock::time_point(-1ms), R"({"age":0})"}));
+  EXPECT_FALSE(
+      read_order_document(R"({"scene":")" + kScene + R"(","image":{"width":4294967295,"height":4294967295}})"));
+}
+
 }  // namespace
 }  // namespace tessera::server

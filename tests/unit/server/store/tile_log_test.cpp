@@ -9,66 +9,21 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/image.h"
+#include "tests/support/logged_tiles.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tessera::server {
 namespace {
 
-const std::vector<PixelRect> kTiles{{0, 0, 20, 24}, {20, 0, 40, 24}};
-
-Settings logged_settings() {
-  Settings settings;
-  settings.width = 40;
-  settings.height = 24;
-  settings.samples = 40;
-  settings.aovs = {Aov::depth, Aov::variance, Aov::albedo};
-  settings.error = 0.1F;
-  return settings;
+/// Whether tile `index` of what was loaded is as it was logged.
+bool is_there(const Logged& logged, const StoredPasses& stored, std::size_t index) {
+  Pixels pixels(kTiles[index], logged.settings.aovs);
+  pixels.copy(logged.film.pixels(), kTiles[index]);
+  const Sums sums = logged.passes.sums(kTiles[index]);
+  const StoredTile& tile = *stored.tiles.at(index);
+  return same_bytes(tile.pixels, pixels) && tile.sums.second == sums.second && tile.sums.squares == sums.squares &&
+         same_bytes(tile.sums.totals, sums.totals);
 }
-
-/// An image in passes whose tiles are logged, each with values that only it and its pass have.
-struct Logged {
-  explicit Logged(std::filesystem::path folder) : log(std::move(folder), settings, kTiles) {}
-
-  void begin() {
-    StoredPasses at{passes.report().passes, 1.5 * passes.report().passes, {}, passes.current(), {}, {}};
-    at.figures.samples = passes.report().samples;
-    at.figures.passes = passes.report();
-    log.begin(at, passes, film);
-  }
-  void store(std::size_t tile) {
-    Pixels pixels(kTiles[tile], settings.aovs);
-    Sums sums(kTiles[tile], settings);
-    const float value = static_cast<float>(passes.report().passes) * 10 + static_cast<float>(tile);
-    for (std::size_t i = 0; i < pixels.color.size(); ++i) {
-      pixels.color[i] = {value, static_cast<float>(i), 0};
-      pixels.record(Aov::depth, i, value + 1);
-      sums.totals.color[i] = {value, value, static_cast<float>(i)};
-      sums.second[i] = {value + 2, value, 0};
-      sums.mean[i] = {value, 0, 0};
-      sums.squares[i] = {0, value, 0};
-    }
-    film.store(tile, pixels);
-    passes.store(sums);
-    Progress::Done done;
-    done.samples = 100 + tile;
-    log.add(tile, pixels, sums, done);
-  }
-  /// Whether tile `index` of what was loaded is as it is here.
-  bool is_here(const StoredPasses& stored, std::size_t index) const {
-    Pixels pixels(kTiles[index], settings.aovs);
-    pixels.copy(film.pixels(), kTiles[index]);
-    const Sums sums = passes.sums(kTiles[index]);
-    const StoredTile& tile = *stored.tiles.at(index);
-    return same_bytes(tile.pixels, pixels) && tile.sums.second == sums.second && tile.sums.squares == sums.squares &&
-           same_bytes(tile.sums.totals, sums.totals);
-  }
-
-  Settings settings = logged_settings();
-  Passes passes{settings};
-  Film film{settings.width, settings.height, settings.aovs, kTiles};
-  TileLog log;
-};
 
 std::optional<StoredPasses> load(const std::filesystem::path& folder) {
   return TileLog(folder, logged_settings(), kTiles).load();
@@ -86,7 +41,7 @@ TEST(TileLog, HasTheTilesOfTheFirstPass) {
   ASSERT_TRUE(stored);
   EXPECT_EQ(stored->pass, 0U);
   EXPECT_FALSE(stored->tiles[0]);
-  EXPECT_TRUE(logged.is_here(*stored, 1));
+  EXPECT_TRUE(is_there(logged, *stored, 1));
   EXPECT_EQ(stored->is_done, (std::vector{false, true}));
   EXPECT_EQ(stored->tiles[1]->done.samples, 101U);
 }
@@ -115,8 +70,8 @@ TEST(TileLog, GoesOnInTheLastPass) {
   EXPECT_EQ(stored->figures.passes.passes, 3U);
   EXPECT_EQ(stored->current.blocks, logged.passes.current().blocks);
   EXPECT_EQ(stored->is_done, (std::vector{false, true}));
-  EXPECT_TRUE(logged.is_here(*stored, 0));
-  EXPECT_TRUE(logged.is_here(*stored, 1));
+  EXPECT_TRUE(is_there(logged, *stored, 0));
+  EXPECT_TRUE(is_there(logged, *stored, 1));
 }
 
 TEST(TileLog, ATornRecordIsCutOff) {
@@ -171,8 +126,8 @@ TEST(TileLog, WritesDownAllOnceItIsWorthIt) {
   const auto stored = load(folder);
   ASSERT_TRUE(stored);
   EXPECT_EQ(stored->pass, 1U);
-  EXPECT_TRUE(logged.is_here(*stored, 0));
-  EXPECT_TRUE(logged.is_here(*stored, 1));
+  EXPECT_TRUE(is_there(logged, *stored, 0));
+  EXPECT_TRUE(is_there(logged, *stored, 1));
   EXPECT_EQ(stored->is_done, (std::vector{false, true}));
   logged.log.remove();
   EXPECT_FALSE(std::filesystem::exists(folder));

@@ -17,7 +17,7 @@ PARTS = {
     "idle_connections": "thousands of connections that ask for nothing",
     "slow_clients": "slowhttptest in every way that it knows",
     "memory": "the worst clients, ten ways",
-    "faults": "disk full, read-only or gone, no descriptors, the clock set back",
+    "faults": "disk full, read-only or gone, no descriptors, the clock set back, journal or structures damaged",
     "kills": "kill -9 at random moments of a script of work: nothing is lost",
     "soak": "all kinds of work for twenty minutes: memory and descriptors stay flat",
 }

@@ -1,5 +1,5 @@
 """The machine under the daemon fails: the disk is full, read-only, or gone; file descriptors run out; the clock is set
-back. What was accepted is there afterwards, and what can't be done is refused as it should be.
+back; the journal is locked by others, or damaged, and so are files of structures that are rendered from. What was accepted is there afterwards, and what can't be done is refused as it should be.
 
 The disk is a small one in memory (tmpfs), which takes the right to mount.
 """
@@ -11,12 +11,14 @@ import os
 import resource
 import shutil
 import socket
+import sqlite3
 import subprocess
 import tempfile
 import time
 
 from daemon import Daemon
 from documents import SMALL_JOB
+from structure_dir_test import SCENE as MESHES
 
 from tools.outcome import Skipped, expect
 from tools.scenes import FILLED
@@ -249,8 +251,114 @@ def clock_set_back(outcome):
     outcome.row("fault: clock set back by a day", f"{len(images)} jobs as before", "none lost")
 
 
+def journal_locked(outcome):
+    """By another program, for longer than the daemon waits for it, while jobs end and come; then by a second daemon."""
+    with tempfile.TemporaryDirectory(prefix="tessera-locked-") as folder:
+        data_dir = os.path.join(folder, "data")
+        with Daemon(data_dir=data_dir) as daemon:
+            done = daemon.submit(noisy(0))
+            daemon.wait_ended(done)
+            images = {done: image(daemon, done)}
+            with contextlib.closing(sqlite3.connect(os.path.join(data_dir, "journal.db"))) as other:
+                begun = daemon.submit(noisy(1, 128, 256))
+                other.execute("BEGIN IMMEDIATE")
+                images[begun] = None
+                reply = daemon.request("POST", "/v1/jobs", noisy(2))
+                expect(reply.status == 503 and reply.json()["code"] == "storage_unavailable", f"locked: {reply.body!r}")
+                expect("Retry-After" in reply.headers, "it isn't said when to come again")
+                expect_unready(daemon, "a journal that is locked")
+                expect(image(daemon, done) == images[done], "an image isn't what it was")
+                daemon.wait_until(begun, lambda status: status["samples_done"] == status["samples_total"])
+                expect(daemon.status(begun)["state"] == "rendering", "a job is said to be done that isn't written down")
+                other.rollback()
+            later = daemon.submit(noisy(3))
+            for job in (begun, later):
+                expect(daemon.wait_ended(job)["state"] == "completed", f"{job} didn't complete when nobody held the lock")
+                images[job] = image(daemon, job)
+            second = subprocess.run([os.environ["TESSERAD"], "--port", "0", "--data-dir", data_dir],
+                                    capture_output=True, text=True, timeout=60, check=False)  # fmt: skip
+            expect(second.returncode == 1 and "in use by another" in second.stderr, f"a second daemon: {second.stderr}")
+            expect(image(daemon, done) == images[done], "a second daemon has changed something")
+            daemon.kill()
+        expect_as_before(data_dir, images, [])
+    outcome.row("fault: journal locked", f"{len(images)} jobs kept, refused with 503, a second daemon with words", "none lost")
+
+
+def journal_damaged(outcome):
+    """Pages of it are overwritten under the daemon: it stays alive. The next one doesn't start before it is told to go on
+    with what can be read."""
+    with tempfile.TemporaryDirectory(prefix="tessera-damaged-") as folder:
+        data_dir = os.path.join(folder, "data")
+        journal = os.path.join(data_dir, "journal.db")
+        with Daemon(data_dir=data_dir) as daemon:
+            images = {}
+            for seed in range(20):
+                job = daemon.submit(noisy(seed))
+                daemon.wait_ended(job)
+                images[job] = image(daemon, job)
+            daemon.kill()
+        with Daemon(data_dir=data_dir) as daemon, contextlib.closing(sqlite3.connect(journal)) as other:
+            other.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+            with open(journal, "r+b") as file:
+                for page in range(4, os.path.getsize(journal) // 4096, 5):
+                    file.seek(page * 4096)
+                    file.write(os.urandom(4096))
+            statuses = {}
+            for seed in range(20, 40):
+                status = daemon.request("POST", "/v1/jobs", noisy(seed)).status
+                statuses[status] = statuses.get(status, 0) + 1
+            expect(set(statuses) <= {201, 503}, f"with a damaged journal jobs were answered with {statuses}")
+            expect(daemon.request("GET", "/livez").status == 200, "it isn't alive")
+            daemon.kill()
+        command = [os.environ["TESSERAD"], "--port", "0", "--data-dir", data_dir]
+        refused = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        expect(refused.returncode == 1 and "--scrub" in refused.stderr, f"it starts with a damaged journal: {refused}")
+        scrubbed = subprocess.run([*command[:1], "--scrub", *command[3:]], capture_output=True, text=True, timeout=120,
+                                  check=False)  # fmt: skip
+        expect(scrubbed.returncode == 1, f"a damaged journal isn't found: {scrubbed}")
+        with Daemon(data_dir=data_dir) as daemon:
+            kept = {job["id"] for job in daemon.request("GET", "/v1/jobs?limit=1000").json()["jobs"]}
+            for job in kept:
+                expect(daemon.wait_ended(job)["state"] == "completed", f"{job} doesn't complete")
+                expect(image(daemon, job) == images.get(job, image(daemon, job)), f"{job} has another image than before")
+        known = len(kept & set(images))
+        expect(known > 0, "nothing of a journal is kept of which most pages are whole")
+    outcome.row("fault: every fifth page of the journal damaged", f"{known} of {len(images)} jobs kept, told of", "no harm")
+
+
+def structure_damaged(outcome):
+    """Files of hierarchies are overwritten and cut off while a job renders from them, and when the next reads them."""
+    with tempfile.TemporaryDirectory(prefix="tessera-structures-") as folder:
+        job = {"scene": MESHES, "image": {"width": 240, "height": 160},
+               "settings": {"samples": 64, "accel": {"kind": "wide"}}}  # fmt: skip
+        flags = ["--structure-dir", folder, "--structure-cache", "0"]
+        with Daemon(*flags) as daemon:
+            first = daemon.submit(job)
+            daemon.wait_ended(first)
+            before = image(daemon, first)
+        with Daemon(*flags) as daemon:
+            begun = daemon.submit(job)
+            daemon.wait_until(begun, lambda status: status["samples_done"] > 0)
+            files = glob.glob(os.path.join(folder, "*.wide"))
+            for path in files:
+                with open(path, "r+b") as file:
+                    file.seek(300)
+                    file.write(os.urandom(50000))
+                os.truncate(path, os.path.getsize(path) // 2)
+            rendering = daemon.status(begun)["state"] == "rendering"
+            expect(daemon.wait_ended(begun)["state"] == "completed", "a job fails whose structure's file is damaged")
+            expect(image(daemon, begun) == before, "a damaged structure's file changes an image")
+            again = daemon.submit(job)
+            expect(daemon.wait_ended(again)["state"] == "completed", "a damaged structure isn't built again")
+            expect(image(daemon, again) == before, "an image is another after a structure was damaged")
+            expect(daemon.count_in_log("set aside as", len(files)) == len(files), "damaged structures aren't set aside")
+    at = "while it is rendered from" if rendering else "between jobs"
+    outcome.row(f"fault: structure file damaged {at}", f"{len(files)} set aside and built again", "same image")
+
+
 def measure(outcome):
-    for fault in (disk_full, read_only, folder_deleted, descriptors, clock_set_back):
+    for fault in (disk_full, read_only, folder_deleted, descriptors, clock_set_back, journal_locked, journal_damaged,
+                  structure_damaged):  # fmt: skip
         try:
             fault(outcome)
         except Skipped as reason:

@@ -148,7 +148,7 @@ struct Backend {
         services{config, keys,   owners,  quotas,    blobs,      scenes,  jobs,  known_jobs, images,
                  runner, ledger, starter, scheduler, structures, journal, films, isolation},
         webhooks(webhook_deliveries(config, jobs)),
-        upkeep(blobs, scenes, retention(config, jobs)) {
+        upkeep(blobs, scenes, owners, retention(config, jobs)) {
     remove_what_nobody_needs();
     ledger.when_freed([this] { starter.look(); });
     for (const std::string& id : unfinished) starter.add(id);

@@ -20,7 +20,7 @@ proto::Result<JobView> find_job(Services& services, const Request& request) {
 
 std::optional<proto::Problem> refuse_bytes(Services& services, const Principal& who, const proto::ContentHash& hash,
                                            std::uint64_t bytes) {
-  if (!who.key || !who.key->limits.stored_bytes || services.owners.has(who.owner, hash)) return std::nullopt;
+  if (!who.key || !who.key->limits.stored_bytes || services.owners.bytes_of(who.owner, hash) > 0) return std::nullopt;
   const std::uint64_t most = *who.key->limits.stored_bytes, stored = services.owners.bytes_of(who.owner);
   if (stored + bytes <= most) return std::nullopt;
   return proto::Problem{proto::ProblemCode::quota_exceeded,

@@ -49,7 +49,8 @@ Owners::Owners(fs::path folder) : folder_(std::move(folder)) {
 }
 
 void Owners::add(const std::string& owner, const proto::ContentHash& hash, std::uint64_t bytes) {
-  if (owner.empty() || has(owner, hash)) return;
+  if (owner.empty() || (has(owner, hash) && (bytes_of(owner, hash) > 0 || bytes == 0))) return;
+  remove(owner, hash);  // Of what had expired.
   const fs::path folder = folder_ / owner;
   if (fs::create_directory(folder)) sync_folder(folder_);
   const fs::path path = folder / (digits_of(hash) + '.' + std::to_string(bytes));
@@ -76,14 +77,24 @@ void Owners::remove(const std::string& owner, const proto::ContentHash& hash) {
   fs::remove(folder_ / owner / (digits_of(hash) + '.' + std::to_string(bytes)));
 }
 
-void Owners::forget(const proto::ContentHash& hash) {
+std::vector<std::string> Owners::owners_of(const proto::ContentHash& hash) const {
   std::vector<std::string> owners;
-  {
-    const std::lock_guard lock(mutex_);
-    for (const auto& [owner, holding] : holdings_)
-      if (holding.bytes.contains(digits_of(hash))) owners.push_back(owner);
+  const std::lock_guard lock(mutex_);
+  for (const auto& [owner, holding] : holdings_)
+    if (holding.bytes.contains(digits_of(hash))) owners.push_back(owner);
+  return owners;
+}
+
+void Owners::forget(const proto::ContentHash& hash) {
+  for (const std::string& owner : owners_of(hash)) remove(owner, hash);
+}
+
+void Owners::expire(const proto::ContentHash& hash) {
+  for (const std::string& owner : owners_of(hash)) {
+    if (bytes_of(owner, hash) == 0) continue;
+    remove(owner, hash);
+    add(owner, hash, 0);
   }
-  for (const std::string& owner : owners) remove(owner, hash);
 }
 
 bool Owners::has_others(const std::string& owner, const proto::ContentHash& hash) const {
@@ -104,6 +115,14 @@ std::uint64_t Owners::bytes_of(const std::string& owner) const {
   const std::lock_guard lock(mutex_);
   const auto found = holdings_.find(owner);
   return found == holdings_.end() ? 0 : found->second.total;
+}
+
+std::uint64_t Owners::bytes_of(const std::string& owner, const proto::ContentHash& hash) const {
+  const std::lock_guard lock(mutex_);
+  const auto holding = holdings_.find(owner);
+  if (holding == holdings_.end()) return 0;
+  const auto held = holding->second.bytes.find(digits_of(hash));
+  return held == holding->second.bytes.end() ? 0 : held->second;
 }
 
 }  // namespace tessera::server

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "proto/wire/sha256.h"
 
@@ -27,14 +28,21 @@ class Owners {
   /// It is nobody's any more.
   void forget(const proto::ContentHash& hash);
 
+  /// It has expired: its bytes are nobody's any more, but those who had it are told what became of it.
+  void expire(const proto::ContentHash& hash);
+
   /// Whether somebody else has it, too.
   bool has_others(const std::string& owner, const proto::ContentHash& hash) const;
   bool has(const std::string& owner, const proto::ContentHash& hash) const;
 
   /// Of all that `owner` has.
   std::uint64_t bytes_of(const std::string& owner) const;
+  /// Of this; none of what has expired.
+  std::uint64_t bytes_of(const std::string& owner, const proto::ContentHash& hash) const;
 
  private:
+  std::vector<std::string> owners_of(const proto::ContentHash& hash) const;
+
   struct Holding {
     std::map<std::string, std::uint64_t, std::less<>> bytes;  ///< By the digits of hashes.
     std::uint64_t total = 0;

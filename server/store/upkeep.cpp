@@ -15,22 +15,23 @@ using UpkeepClock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kBetweenChecks{5};
 constexpr std::chrono::minutes kBetweenSweeps{5};
 
-void log_swept(const char* what, const Shelf::Swept& swept) {
+void let_go(const char* what, const Shelf::Swept& swept, Owners& owners) {
+  for (const std::string& name : swept.names) owners.expire("sha256:" + name);
   if (!swept.names.empty()) spdlog::info("{} {} of {} bytes have expired", swept.names.size(), what, swept.bytes);
 }
 
 }  // namespace
 
-Upkeep::Upkeep(BlobStore& blobs, SceneStore& scenes, const Limits& limits)
-    : blobs_(blobs),
-      scenes_(scenes),
-      limits_(limits),
-      thread_([this](const std::stop_token& stop) { work_on(stop); }) {}
+Upkeep::Upkeep(BlobStore& blobs, SceneStore& scenes, Owners& owners, const Limits& limits)
+    : blobs_(blobs), scenes_(scenes), owners_(owners), limits_(limits), thread_([this](const std::stop_token& stop) {
+        work_on(stop);
+      }) {}
 
-void Upkeep::sweep(BlobStore& blobs, SceneStore& scenes, const Limits& limits, const std::stop_token& stop) {
-  log_swept("scenes", scenes.sweep(limits.scenes, stop));  // First, as they need blobs.
+void Upkeep::sweep(BlobStore& blobs, SceneStore& scenes, Owners& owners, const Limits& limits,
+                   const std::stop_token& stop) {
+  let_go("scenes", scenes.sweep(limits.scenes, stop), owners);  // First, as they need blobs.
   const auto is_needed = [&](const std::string& name) { return scenes.names_blob("sha256:" + name); };
-  log_swept("blobs", blobs.shelf().sweep(limits.blobs, is_needed, stop));
+  let_go("blobs", blobs.shelf().sweep(limits.blobs, is_needed, stop), owners);
 }
 
 void Upkeep::work_on(const std::stop_token& stop) {
@@ -42,7 +43,7 @@ void Upkeep::work_on(const std::stop_token& stop) {
       if (UpkeepClock::now() >= next_sweep || blobs_.shelf().has_outgrown(limits_.blobs) ||
           scenes_.shelf().has_outgrown(limits_.scenes)) {
         next_sweep = UpkeepClock::now() + kBetweenSweeps;
-        sweep(blobs_, scenes_, limits_, stop);
+        sweep(blobs_, scenes_, owners_, limits_, stop);
       }
     } catch (const StorageError& error) {
       refuse(error);

@@ -40,13 +40,14 @@ class UpkeepTest : public testing::Test {
   }
   bool has_blob() { return fs::exists(blobs_.shelf().path_of(hash_digits(blob_))); }
   void sweep(std::chrono::hours blobs, std::chrono::hours scenes) {
-    Upkeep::sweep(blobs_, scenes_, {{.age = blobs}, {.age = scenes}}, {});
+    Upkeep::sweep(blobs_, scenes_, owners_, {{.age = blobs}, {.age = scenes}}, {});
   }
 
   TemporaryFolder data_;
   DataFolder folder_;
   BlobStore blobs_;
   SceneStore scenes_;
+  Owners owners_{folder_.owners()};
   const proto::ContentHash blob_;
   std::optional<SceneStore::Put> scene_;
 };
@@ -63,6 +64,24 @@ TEST_F(UpkeepTest, WhatASceneNamesStaysAsLongAsTheScene) {
   EXPECT_EQ(scenes_.find(hash, {}).problem().code, proto::ProblemCode::gone) << "though it was in memory";
 }
 
+TEST_F(UpkeepTest, WhatGoesGivesItsBytesBack) {
+  const proto::ContentHash hash = scene_->scene.hash;
+  owners_.add("me", hash, 100);
+  owners_.add("me", blob_, 10);
+  sweep(std::chrono::hours(1), std::chrono::hours(1));
+  EXPECT_EQ(owners_.bytes_of("me"), 110U) << "the scene is in use";
+  scene_.reset();
+  sweep(std::chrono::hours(1), std::chrono::hours(1));
+  EXPECT_EQ(owners_.bytes_of("me"), 0U);
+  EXPECT_TRUE(owners_.has("me", hash)) << "who had it is told that it has expired";
+  const Owners next(folder_.owners());
+  EXPECT_TRUE(next.has("me", blob_));
+  EXPECT_EQ(next.bytes_of("me"), 0U);
+  owners_.add("me", blob_, 10);
+  EXPECT_EQ(owners_.bytes_of("me", blob_), 10U) << "it was sent again";
+  EXPECT_EQ(Owners(folder_.owners()).bytes_of("me"), 10U);
+}
+
 TEST_F(UpkeepTest, AHeldSceneStays) {
   sweep(std::chrono::hours(1), std::chrono::hours(1));
   EXPECT_TRUE(has_blob());
@@ -73,7 +92,7 @@ TEST_F(UpkeepTest, AHeldSceneStays) {
 
 TEST_F(UpkeepTest, BeginsAndEndsAtOnce) {
   scene_.reset();
-  { const Upkeep none(blobs_, scenes_, {}); }
+  { const Upkeep none(blobs_, scenes_, owners_, {}); }
   EXPECT_TRUE(has_blob()) << "no limits";
 }
 

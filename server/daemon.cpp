@@ -312,7 +312,10 @@ class Operation {
     const auto left = [&] { return backend.jobs.usage().unfinished; };
     const auto is_idle = [&] { return left() == 0 && (!backend.webhooks || backend.webhooks->pressing() == 0); };
     if (left() > 0) spdlog::info("{} jobs go on, for {} s at most", left(), drain_.count());
-    while (!is_idle() && std::chrono::steady_clock::now() < deadline) {
+    // Webhooks are told of an end a moment after it.
+    const int looks = backend.webhooks ? 2 : 1;
+    for (int idle = is_idle() ? 1 : 0; idle < looks && std::chrono::steady_clock::now() < deadline;
+         idle = is_idle() ? idle + 1 : 0) {
       const timespec pause{0, std::chrono::nanoseconds(kLookAgain).count()};
       const int signal = ::sigtimedwait(&signals_, nullptr, &pause);
       if (signal == SIGHUP) reload(backend);

@@ -41,7 +41,7 @@ std::optional<WebhookState> webhook_state(std::string_view name);
 
 /// How a job's webhook stands. The path and the query of its URL may hold a secret, and aren't told.
 struct WebhookStatus {
-  std::string host;  ///< With the port where that isn't the scheme's own.
+  std::string host;  ///< And port, as they stand in the URL.
   WebhookState state = WebhookState::pending;
   std::uint32_t attempts = 0;
   std::string error;  ///< Why the last of them failed; empty otherwise.

@@ -1,5 +1,6 @@
 #include "server/webhooks/webhook_deliveries.h"
 
+#include <algorithm>
 #include <exception>
 #include <optional>
 #include <random>
@@ -30,11 +31,6 @@ bool is_to_be_delivered(const JobView& job) {
          job.webhook.state == proto::WebhookState::pending;
 }
 
-/// Who sends to whom. No owner's name holds a space.
-std::string lane_of(const JobView& job) {
-  return job.order->owner + ' ' + std::string(host_of_webhook(job.order->webhook));
-}
-
 void log_try(const JobView& job, const JobEvent::WebhookTried& tried) {
   const std::string_view host = host_of_webhook(job.order->webhook);
   const std::uint32_t attempts = job.webhook.attempts + 1;
@@ -59,13 +55,20 @@ WebhookDeliveries::WebhookDeliveries(JobTable& jobs, const WebhookRules& rules, 
       send_(std::move(send)),
       secrets_(std::make_shared<const WebhookSecrets>(secret)),
       queue_(kSendersOfLane) {
-  for (unsigned i = 0; i < kSenders; ++i) {
-    threads_.emplace_back([this](const std::stop_token& stop) { work_on(stop); });
-    ::pthread_setname_np(threads_.back().native_handle(), "webhooks");  // As top -H tells them.
+  try {
+    for (unsigned i = 0; i < kSenders; ++i) {
+      threads_.emplace_back([this](const std::stop_token& stop) { work_on(stop); });
+      ::pthread_setname_np(threads_.back().native_handle(), "webhooks");  // As top -H tells them.
+    }
+  } catch (...) {
+    end();
+    throw;
   }
 }
 
-WebhookDeliveries::~WebhookDeliveries() {
+WebhookDeliveries::~WebhookDeliveries() { end(); }
+
+void WebhookDeliveries::end() {
   stop();
   threads_.clear();
   std::unique_lock lock(mutex_);
@@ -110,8 +113,9 @@ void WebhookDeliveries::told() noexcept {
 void WebhookDeliveries::work_on(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
-    const bool looks = has_news_ && !is_looking_;
-    const std::string* const job = looks ? nullptr : queue_.take(Clock::now());
+    const auto now = Clock::now();
+    const bool may_look = has_news_ && !is_looking_, looks = may_look && now >= news_at_;
+    const std::string* const job = looks ? nullptr : queue_.take(now);
     if (looks || job) {
       if (looks) has_news_ = false, is_looking_ = is_watching_ = true;
       ++at_work_;
@@ -120,11 +124,11 @@ void WebhookDeliveries::work_on(const std::stop_token& stop) {
       lock.lock();
       --at_work_;
       stopped_.notify_all();
-    } else if (const auto due = queue_.next()) {
-      changed_.wait_until(lock, *due);
-    } else {
-      changed_.wait(lock);
+      continue;
     }
+    auto due = queue_.next();
+    if (may_look) due = std::min(due.value_or(Clock::time_point::max()), news_at_);
+    due ? (void)changed_.wait_until(lock, *due) : changed_.wait(lock);
   }
 }
 
@@ -134,29 +138,43 @@ void WebhookDeliveries::look_at_feed() noexcept {
     EventId last = seen_;
     for (auto events = jobs_.events().after(last, kEventsAtOnce, std::nullopt); last != seen_;
          events = jobs_.events().after(last, kEventsAtOnce, std::nullopt)) {
-      for (const EventFeed::Event& event : events)
+      for (const EventFeed::Event& event : events) {
         if (event.step == JobStep::ended) add(event.job);
+        if (event.step) continue;
+        const std::lock_guard lock(mutex_);
+        queue_.remove(event.job);
+        metrics().webhooks_pending = queue_.size();
+      }
       seen_ = last;
     }
-  } catch (const std::exception& error) {  // The next event brings it back here.
+  } catch (const std::exception& error) {
     spdlog::error("looking for webhooks: {}", error.what());
+    const std::lock_guard lock(mutex_);
+    has_news_ = true;
+    news_at_ = Clock::now() + kAfterTrouble;
   }
   const std::lock_guard lock(mutex_);
   if (!is_watched) is_watching_ = false;
   is_looking_ = false;
 }
 
+std::string WebhookDeliveries::lane_of(const JobView& job) const {
+  const auto target = read_webhook(rules_, job.order->webhook);
+  return job.order->owner + ' ' + (target ? target->authority() : "");  // No owner's name holds a space.
+}
+
 void WebhookDeliveries::add(const std::string& id) {
   const auto job = jobs_.find(id);
   if (!job || !is_to_be_delivered(*job)) return;
   const auto due = job->webhook.attempts == 0 ? *job->times.ended : job->webhook.due;
+  const std::string lane = lane_of(*job);
   const std::lock_guard lock(mutex_);
-  queue_.add(id, lane_of(*job), due);
+  queue_.add(id, lane, due);
   metrics().webhooks_pending = queue_.size();
   changed_.notify_all();
 }
 
-void WebhookDeliveries::deliver(const std::string& id, const std::stop_token& stop) noexcept {
+void WebhookDeliveries::deliver(std::string id, const std::stop_token& stop) noexcept try {
   std::optional<Clock::time_point> again;
   try {
     const auto job = jobs_.find(id);  // It may be gone, or rendered again.
@@ -165,10 +183,15 @@ void WebhookDeliveries::deliver(const std::string& id, const std::stop_token& st
     spdlog::error("job {}: its webhook can't be sent now: {}", id, error.what());
     again = Clock::now() + kAfterTrouble;
   }
-  const std::lock_guard lock(mutex_);
-  again ? queue_.put_back(id, *again) : queue_.done(id);
-  metrics().webhooks_pending = queue_.size();
-  changed_.notify_all();  // The lane has room, or there is less time to wait.
+  {
+    const std::lock_guard lock(mutex_);
+    again ? queue_.put_back(id, *again) : queue_.done(id);
+    metrics().webhooks_pending = queue_.size();
+    changed_.notify_all();  // The lane has room, or there is less time to wait.
+  }
+  if (!again && !stop.stop_requested()) add(id);  // It may have been rendered again, and have ended meanwhile.
+} catch (const std::exception& error) {
+  spdlog::error("job {}: its webhook waits for the next start: {}", id, error.what());
 }
 
 std::optional<WebhookDeliveries::Clock::time_point> WebhookDeliveries::try_to_deliver(const JobView& job,
@@ -178,7 +201,7 @@ std::optional<WebhookDeliveries::Clock::time_point> WebhookDeliveries::try_to_de
   if (target) {
     const WebhookAnswer answer = send(job, *target, stop);
     if (answer.status == 0 && stop.stop_requested()) return std::nullopt;  // The next daemon tries.
-    tried = what_follows(answer, job.webhook.attempts, random_part());
+    tried = what_follows(answer, job.webhook.attempts, Clock::now() - *job.times.ended, random_part());
   } else {  // An earlier daemon was allowed to.
     tried.error = target.problem().errors.front().detail;
   }

@@ -50,11 +50,14 @@ class WebhookDeliveries final : private EventFeed::Watcher {
 
   void told() noexcept override;
   void stop();
+  void end();
   void work_on(const std::stop_token& stop);
   void look_at_feed() noexcept;
   void add(const std::string& id);
+  /// Who sends to whom.
+  std::string lane_of(const JobView& job) const;
   /// One that has been taken from the queue.
-  void deliver(const std::string& id, const std::stop_token& stop) noexcept;
+  void deliver(std::string id, const std::stop_token& stop) noexcept;
   /// When it is due again; nothing when it isn't.
   std::optional<Clock::time_point> try_to_deliver(const JobView& job, const std::stop_token& stop);
   WebhookAnswer send(const JobView& job, const WebhookTarget& target, const std::stop_token& stop) const;
@@ -69,7 +72,8 @@ class WebhookDeliveries final : private EventFeed::Watcher {
   std::condition_variable changed_, stopped_;  ///< For who works, and for who waits for the end of that.
   std::shared_ptr<const WebhookSecrets> secrets_;
   WebhookQueue queue_;
-  bool has_news_ = true;  ///< There may be something in the feed.
+  bool has_news_ = true;       ///< There may be something in the feed,
+  Clock::time_point news_at_;  ///< to be looked at from then on.
   bool is_looking_ = false, is_watching_ = false;
   unsigned at_work_ = 0;
   std::vector<std::jthread> threads_;

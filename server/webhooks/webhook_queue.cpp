@@ -1,13 +1,35 @@
 #include "server/webhooks/webhook_queue.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace tessera::server {
 
 void WebhookQueue::add(const std::string& job, const std::string& lane, Time due) {
-  if (!lane_of_.emplace(job, lane).second) return;
-  lanes_[lane].waiting.emplace(due, job);
+  if (jobs_.contains(job)) return;
+  Jobs entry{{due, job}};
+  const auto at = lanes_.try_emplace(lane).first;
+  try {
+    jobs_.emplace(job, Place{lane, due});
+  } catch (const std::bad_alloc&) {
+    remove_if_empty(at);
+    throw;
+  }
+  at->second.waiting.merge(entry);
+}
+
+void WebhookQueue::remove_if_empty(Lanes::iterator lane) {
+  if (lane->second.on_their_way.empty() && lane->second.waiting.empty()) lanes_.erase(lane);
+}
+
+void WebhookQueue::remove(const std::string& job) {
+  const auto known = jobs_.find(job);
+  if (known == jobs_.end()) return;
+  const auto lane = lanes_.find(known->second.lane);
+  if (lane->second.waiting.erase({known->second.due, job}) == 0) return;
+  jobs_.erase(known);
+  remove_if_empty(lane);
 }
 
 const std::string* WebhookQueue::take(Time now) {
@@ -27,18 +49,20 @@ WebhookQueue::Jobs::node_type WebhookQueue::take_back(Lane& lane, const std::str
 }
 
 void WebhookQueue::put_back(const std::string& job, Time due) {
-  Lane& lane = lanes_.find(lane_of_.find(job)->second)->second;
+  Place& place = jobs_.find(job)->second;
+  Lane& lane = lanes_.find(place.lane)->second;
+  place.due = due;
   auto node = take_back(lane, job);
   node.value().first = due;
   lane.waiting.insert(std::move(node));
 }
 
 void WebhookQueue::done(const std::string& job) {
-  const auto known = lane_of_.find(job);
-  const auto lane = lanes_.find(known->second);
-  lane_of_.erase(known);
+  const auto known = jobs_.find(job);
+  const auto lane = lanes_.find(known->second.lane);
   take_back(lane->second, job);
-  if (lane->second.on_their_way.empty() && lane->second.waiting.empty()) lanes_.erase(lane);
+  jobs_.erase(known);
+  remove_if_empty(lane);
 }
 
 std::optional<WebhookQueue::Time> WebhookQueue::next() const {

@@ -29,11 +29,14 @@ class WebhookQueue {
   /// It is due again from then on.
   void put_back(const std::string& job, Time due);
 
+  /// One that waits isn't to be sent any more. Nothing happens to others.
+  void remove(const std::string& job);
+
   /// When there may be one to take; nothing where that needs one of the others before.
   std::optional<Time> next() const;
 
   /// That haven't been taken, or are on their way.
-  std::size_t size() const { return lane_of_.size(); }
+  std::size_t size() const { return jobs_.size(); }
   /// Of these, those that are on their way or due.
   std::size_t due(Time now) const;
 
@@ -42,11 +45,18 @@ class WebhookQueue {
   struct Lane {
     Jobs waiting, on_their_way;
   };
+  using Lanes = std::map<std::string, Lane>;
   Jobs::node_type take_back(Lane& lane, const std::string& job);
+  void remove_if_empty(Lanes::iterator lane);
+
+  struct Place {
+    std::string lane;
+    Time due;
+  };
 
   const std::size_t most_of_lane_;
-  std::map<std::string, Lane> lanes_;           ///< None is empty.
-  std::map<std::string, std::string> lane_of_;  ///< Of each job.
+  Lanes lanes_;  ///< None is empty.
+  std::map<std::string, Place> jobs_;
 };
 
 }  // namespace tessera::server

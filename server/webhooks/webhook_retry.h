@@ -16,9 +16,11 @@ struct WebhookAnswer {
   std::optional<std::chrono::seconds> retry_after = {};
 };
 
-/// What follows from that. 2xx is a delivery, 410 the end of it (the receiver has gone), and all else is tried again,
-/// later each time and for about a day, or when Retry-After says. `before` is how often it had been tried, `random` a
-/// number from 0 to 1, so that not all come back at once.
-JobEvent::WebhookTried what_follows(const WebhookAnswer& answer, std::uint32_t before, double random);
+/// What follows from that. 2xx is a delivery, 410 the end of it (the receiver has gone), and all else is tried again
+/// for about a day: the later the longer it has been due, or when Retry-After says; ten times at most sooner than
+/// without it. `before` is how often it had been tried, `random` a number from 0 to 1, so that not all come back at
+/// once.
+JobEvent::WebhookTried what_follows(const WebhookAnswer& answer, std::uint32_t before,
+                                    std::chrono::steady_clock::duration due_for, double random);
 
 }  // namespace tessera::server

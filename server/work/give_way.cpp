@@ -6,8 +6,8 @@
 namespace tessera::server {
 namespace {
 
-/// With it status polls had 0.78 of what nginx answers on an idle machine, while every core rendered; with 0, 0.54.
-/// With more, what the machine does beside the server would leave renders hardly anything.
+/// Enough for those that answer to do so as if nearly nothing else was going on. With more, whatever the machine does
+/// beside the server would leave renders hardly anything.
 constexpr int kNice = 5;
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "server/metrics/metrics.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tessera::server {
@@ -111,6 +112,28 @@ TEST_F(WebhookDeliveriesTest, OneThatDoesNotAnswerHoldsUpNoOther) {
   EXPECT_EQ(sent.back().first, "ok.example");
   ASSERT_TRUE(sending->shut_down(10s)) << "it can be interrupted";
   for (const std::string& id : silent) EXPECT_EQ(webhook(id).attempts, 0U) << "that says nothing of the receiver";
+}
+
+TEST_F(WebhookDeliveriesTest, AReceiverIsOneHoweverItIsWritten) {
+  const char* const kWritten[] = {"silent.example", "Silent.example", "silent.example:443", "silent.example:0443",
+                                  "SILENT.example:00443"};
+  for (const char* host : kWritten)
+    for (int i = 0; i < 4; ++i) canceled("https://" + std::string(host) + "/");
+  const auto sending = deliveries();
+  receivers.wait_for(4);
+  canceled("https://ok.example/");
+  EXPECT_EQ(receivers.wait_for(5).back().first, "ok.example");
+  ASSERT_TRUE(sending->shut_down(10s));
+}
+
+TEST_F(WebhookDeliveriesTest, WhatIsDeletedIsNotWaitedFor) {
+  const std::string id = canceled("https://broken.example/");
+  const auto sending = deliveries();
+  receivers.wait_for(1);
+  while (webhook(id).attempts == 0) std::this_thread::yield();
+  EXPECT_EQ(table.remove(id), std::nullopt);
+  while (metrics().webhooks_pending != 0) std::this_thread::yield();  // 5 s before it would be due.
+  EXPECT_EQ(receivers.wait_for(1).size(), 1U);
 }
 
 TEST_F(WebhookDeliveriesTest, GoNowhereThatIsNotAllowedAnyMore) {

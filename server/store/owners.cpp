@@ -118,6 +118,7 @@ std::uint64_t Owners::bytes_of(const std::string& owner) const {
 }
 
 std::uint64_t Owners::bytes_of(const std::string& owner, const proto::ContentHash& hash) const {
+  if (!proto::is_content_hash(hash)) return 0;
   const std::lock_guard lock(mutex_);
   const auto holding = holdings_.find(owner);
   if (holding == holdings_.end()) return 0;

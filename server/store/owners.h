@@ -37,7 +37,7 @@ class Owners {
 
   /// Of all that `owner` has.
   std::uint64_t bytes_of(const std::string& owner) const;
-  /// Of this; none of what has expired.
+  /// Of this; none of what has expired, or of what is no hash.
   std::uint64_t bytes_of(const std::string& owner, const proto::ContentHash& hash) const;
 
  private:

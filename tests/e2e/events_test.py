@@ -206,9 +206,10 @@ class EventsTest(unittest.TestCase):
     def test_the_ids_outlive_the_daemon(self):
         with tempfile.TemporaryDirectory() as data_dir:
             daemon = Daemon(data_dir=data_dir)
-            ended, endless = daemon.submit(SMALL_JOB), daemon.submit(ENDLESS_PIXEL)
+            ended = daemon.submit(SMALL_JOB)
             with Watcher(daemon, events_of(ended)) as watcher:
                 before = [(event.id, event.data["state"], event.data["time"]) for event in watcher if event.state]
+            endless = daemon.submit(ENDLESS_PIXEL)
             with Watcher(daemon, events_of(endless)) as watcher, Watcher(daemon, "/v1/events", "0") as all_jobs:
                 watcher.until(lambda event: event.state == "rendering")
                 seen = all_jobs.until(lambda event: event.data.get("job") == endless and event.state == "rendering")

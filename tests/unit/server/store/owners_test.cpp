@@ -26,7 +26,11 @@ TEST(Owners, KnowWhoHasWhat) {
   EXPECT_EQ(owners.bytes_of("alice"), 15U);
   EXPECT_EQ(owners.bytes_of("bob"), 5U);
   EXPECT_EQ(owners.bytes_of("carol"), 0U);
-  for (const char* no_hash : {"", "sha256:", "sha256:a", "a"}) EXPECT_FALSE(owners.has("alice", no_hash));
+  for (const char* no_hash : {"", "sha256:", "sha256:a", "a"}) {
+    EXPECT_FALSE(owners.has("alice", no_hash));
+    EXPECT_EQ(owners.bytes_of("alice", no_hash), 0U);
+  }
+  EXPECT_EQ(owners.bytes_of("alice", hash_of('a')), 10U);
 }
 
 TEST(Owners, OutliveTheDaemon) {

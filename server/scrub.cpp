@@ -74,9 +74,9 @@ int scrub(const Config& config, std::ostream& out, std::ostream& errors) {
     }
     const Journal journal(folder.journal());
     const ImageStore images(folder.images(), folder.set_aside(), journal);
-    if (!check.damage.empty())
-      for (const auto& file : images.set_strangers_aside(accepted_jobs(journal)))
-        out << "of a job that isn't known any more, and set aside: " << file.string() << std::endl;
+    // Each time, as a scrub that made a new journal may have ended then, and a daemon removes them.
+    for (const auto& file : images.set_strangers_aside(accepted_jobs(journal)))
+      out << "of a job that isn't known any more, and set aside: " << file.string() << std::endl;
     add(images.scrub(is_damaged));
     if (config.structure_dir)
       add(WideStore(*config.structure_dir, folder.set_aside(), config.max_structure_dir, 1).scrub(is_damaged));

@@ -540,13 +540,12 @@ void JobTable::restore(const std::string& id, const JobEvent& event, std::uint64
   Aftermath after;
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(id);
-  if (const auto* ended = std::get_if<JobEvent::Ended>(&event.what); ended && found != jobs_.end()) {
-    Job& job = found->second;
-    job.view.progress = job.progress = std::make_shared<Progress>(ended->figures);
-  }
+  const auto* ended = std::get_if<JobEvent::Ended>(&event.what);
+  const bool ends = ended && found != jobs_.end() && !proto::has_ended(found->second.view.state);
+  apply(id, event, after);
+  if (ends) found->second.view.progress = found->second.progress = std::make_shared<Progress>(ended->figures);
   if (const auto* removed = std::get_if<JobEvent::Removed>(&event.what); removed && removed->expired)
     remember_expired(id);
-  apply(id, event, after);
   announce(id, event, seq, after);
   events_.begin_after(seq);
   if (!std::holds_alternative<JobEvent::Queued>(event.what)) return;

@@ -38,8 +38,10 @@ std::chrono::system_clock::time_point journal_time(std::int64_t milliseconds) {
 
 DamagedJournal::DamagedJournal(const std::filesystem::path& file, const std::string& what_is_wrong)
     : std::runtime_error(file.string() + " is damaged: " + what_is_wrong +
-                         ". Nothing of it has been changed. Put a copy of yours in its place; or let tesserad --scrub, "
-                         "with the same --data-dir, set it aside and make a new one of all that can still be read."),
+                         ". Nothing of it has been changed. Put a copy of yours in its place, and remove " +
+                         file.filename().string() +
+                         "-wal and -shm; or let tesserad --scrub, with the same "
+                         "--data-dir, set it aside and make a new one of all that can still be read."),
       why(what_is_wrong) {}
 
 Journal::Journal(const std::filesystem::path& file, Missing missing)
@@ -79,22 +81,25 @@ void Journal::remove_image(const std::string& job) {
   append(std::move(entry));
 }
 
-std::vector<JournalEntry> Journal::since(std::uint64_t seq, std::size_t limit) const try {
+template <typename Read>
+auto Journal::read(const Read& from) const try {
   const std::lock_guard lock(reading_mutex_);
-  return reading_->since(seq, limit);
+  return from(*reading_);
 } catch (const JournalDatabase::Error& error) {
   if (error.kind == JournalDatabase::Error::Kind::damage) throw DamagedJournal(file_, error.what());
   throw;
 }
 
+std::vector<JournalEntry> Journal::since(std::uint64_t seq, std::size_t limit) const {
+  return read([&](JournalDatabase& database) { return database.since(seq, limit); });
+}
+
 std::optional<std::string> Journal::image(const std::string& job) const {
-  const std::lock_guard lock(reading_mutex_);
-  return reading_->image(job);
+  return read([&](JournalDatabase& database) { return database.image(job); });
 }
 
 std::vector<std::string> Journal::images() const {
-  const std::lock_guard lock(reading_mutex_);
-  return reading_->images();
+  return read([](JournalDatabase& database) { return database.images(); });
 }
 
 std::optional<Problem> Journal::trouble() const {

@@ -108,6 +108,9 @@ class Journal {
   void write_on();
   std::optional<proto::Problem> write(const std::vector<Waiting>& batch);
   void log_once(const std::string& error);
+  /// What `from` makes of the connection that reads.
+  template <typename Read>
+  auto read(const Read& from) const;
 
   const std::unique_ptr<JournalDatabase> writing_;  ///< The writer's alone, once that has begun.
   mutable std::mutex reading_mutex_;

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "server/store/journal_database.h"
 #include "server/store/received_file.h"
@@ -46,15 +47,12 @@ JournalCheck look_through(const fs::path& file, Journal::Missing missing) {
   JournalCheck check;
   try {
     const auto database = open_journal(file, missing);
+    database->keep_log(true);
     check.damage = database->text("PRAGMA integrity_check(1)");
     if (check.damage == "ok") check.damage.clear();
-    constexpr std::size_t kAtOnce = 1000;
-    std::uint64_t last = 0;
-    for (auto entries = database->since(last, kAtOnce); !entries.empty(); entries = database->since(last, kAtOnce)) {
-      check.entries += entries.size();
-      last = entries.back().seq;
-    }
+    check.entries = static_cast<std::uint64_t>(database->number("SELECT count(*) FROM events"));
     check.images = database->images().size();
+    database->keep_log(!check.damage.empty());
   } catch (const DamagedJournal& damage) {
     check.damage = damage.why;
   } catch (const Error& error) {
@@ -116,53 +114,72 @@ class Salvage {
     from_.expect_hashes(!is_without_hashes(from_));
   }
 
-  void carry_over(JournalCheck& check) {
-    check.entries = check.images = 0;
+  void carry_over() {
     std::set<std::string> jobs;
     made_.run("BEGIN IMMEDIATE");
-    for (std::uint64_t seq = 0; const auto next = find_next(seq);) {
-      seq = *next;
-      const auto entry = read(seq);
-      if (!entry) continue;
-      Journal::Append append{entry->job, entry->kind, entry->time, nullptr};
-      made_.insert(seq, append, entry->body);
-      jobs.insert(entry->job);
-      ++check.entries;
+    for (std::uint64_t after = 0; after < kLast;) {
+      const Part part = read(after);
+      for (const JournalEntry& entry : part.entries) {
+        made_.insert(entry.seq, {entry.job, entry.kind, entry.time, nullptr}, entry.body);
+        jobs.insert(entry.job);
+      }
+      if (part.is_last) break;
+      after = leads_on(part, after) ? part.entries.back().seq : find_way_on(after);
     }
-    for (const std::string& job : jobs) {
-      const auto image = image_of(job);
-      if (!image) continue;
-      made_.insert_image(job, *image);
-      ++check.images;
-    }
+    for (const std::string& job : jobs)
+      if (const auto image = image_of(job)) made_.insert_image(job, *image);
     made_.run("COMMIT");
   }
 
  private:
-  /// The next number that can be found. Where a page of the tree is damaged, it is looked for behind that: number by
-  /// number for as many as a page may hold the way to, and then in larger and larger steps.
-  std::optional<std::uint64_t> find_next(std::uint64_t after) {
-    constexpr std::uint64_t kEach = 10'000;
-    constexpr auto kLast = static_cast<std::uint64_t>(kLastEntry);
-    for (std::uint64_t tries = 0, step = 1; after < kLast; ++tries) {
-      try {
-        const auto next = from_.next(after);
-        return next && *next > after && *next <= kLast ? next : std::nullopt;
-      } catch (const Error&) {
-        if (tries > kEach) step *= 2;
-        after += step;
-      }
-    }
-    return std::nullopt;
-  }
+  static constexpr auto kLast = static_cast<std::uint64_t>(kLastEntry);
 
-  std::optional<JournalEntry> read(std::uint64_t seq) {
+  struct Part {
+    std::vector<JournalEntry> entries;  ///< Those that are what was written.
+    bool is_last = false;
+  };
+
+  /// What follows a number, up to where the tree can't be followed.
+  Part read(std::uint64_t after) {
+    constexpr std::size_t kAtOnce = 100;
+    Part part;
+    std::size_t rows = 0;
     try {
-      auto entries = from_.since(seq - 1, 1);
-      if (!entries.empty() && entries.front().seq == seq) return std::move(entries.front());
+      from_.walk(after, kAtOnce, [&](JournalEntry&& entry, bool is_whole) {
+        ++rows;
+        if (is_whole && entry.seq > 0 && entry.seq <= kLast) part.entries.push_back(std::move(entry));
+      });
+      part.is_last = rows < kAtOnce;
     } catch (const Error&) {
     }
-    return std::nullopt;
+    return part;
+  }
+
+  static bool leads_on(const Part& part, std::uint64_t after) {
+    return !part.entries.empty() && part.entries.back().seq > after;
+  }
+
+  bool can_go_on(std::uint64_t after) {
+    const Part part = read(after);
+    return part.is_last || leads_on(part, after);
+  }
+
+  /// The first number behind a damaged page, or `kLast`: looked for number by number for as many as a page may hold the
+  /// way to, and then in larger and larger steps, of which the last is halved.
+  std::uint64_t find_way_on(std::uint64_t damaged) {
+    constexpr std::uint64_t kEach = 10'000;
+    std::uint64_t after = damaged;
+    for (std::uint64_t tries = 0, step = 1; after < kLast; ++tries) {
+      if (tries > kEach) step *= 2;
+      after = std::min(damaged + step, kLast);
+      if (can_go_on(after)) break;
+      damaged = after;
+    }
+    while (after - damaged > 1) {
+      const std::uint64_t middle = damaged + (after - damaged) / 2;
+      (can_go_on(middle) ? after : damaged) = middle;
+    }
+    return after;
   }
 
   std::optional<std::string> image_of(const std::string& job) {
@@ -178,7 +195,7 @@ class Salvage {
 };
 
 /// Makes a journal at `made` of what can be read of `file`.
-void salvage(const fs::path& file, const fs::path& made, JournalCheck& check) {
+void salvage(const fs::path& file, const fs::path& made) {
   const fs::path copy = with(file, ".damaged");
   remove_database(copy);
   remove_database(made);
@@ -197,7 +214,11 @@ void salvage(const fs::path& file, const fs::path& made, JournalCheck& check) {
     settle_header(database);
     write_whole_file(copy, database);
   }
-  if (knows_its_tables(copy)) Salvage(copy, *open_journal(made, Journal::Missing::is_lost)).carry_over(check);
+  if (knows_its_tables(copy)) {
+    const auto writing = open_journal(made, Journal::Missing::is_lost);
+    Salvage(copy, *writing).carry_over();
+    writing->write_back();  // Closing does that, too, but doesn't tell where it fails.
+  }
   remove_database(copy);
 }
 
@@ -207,12 +228,16 @@ JournalCheck check_journal(const fs::path& file, Journal::Missing missing, const
   const fs::path made = with(file, kSalvagedJournal);
   JournalCheck check = look_through(file, missing);
   if (check.damage.empty()) return check;
-  if (fs::exists(file) || !fs::exists(made)) salvage(file, made, check);  // Or it was, and then this ended.
+  if (fs::exists(file) || !fs::exists(made)) salvage(file, made);  // Or it was, and then this ended.
   for (const char* ending : {"", "-wal"})
     if (fs::exists(with(file, ending))) set_aside(with(file, ending), aside, check.damage);
   remove_database(file);
   fs::rename(made, file);
   sync_folder(fs::absolute(file).parent_path());
+  const JournalCheck now = look_through(file, Journal::Missing::is_lost);
+  if (!now.damage.empty()) throw DamagedJournal(file, now.damage);
+  check.entries = now.entries;
+  check.images = now.images;
   return check;
 }
 

@@ -1,10 +1,12 @@
 #include "server/store/journal_database.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <utility>
 
 #include <sqlite3.h>
 
@@ -82,8 +84,7 @@ JournalDatabase::JournalDatabase(const fs::path& file, Open how) : file_(file) {
 }
 
 JournalDatabase::~JournalDatabase() {
-  for (sqlite3_stmt* statement :
-       {insert_, remove_, select_, next_, insert_image_, remove_image_, select_image_, list_images_})
+  for (sqlite3_stmt* statement : {insert_, remove_, select_, insert_image_, remove_image_, select_image_, list_images_})
     ::sqlite3_finalize(statement);
   ::sqlite3_close_v2(database_);
 }
@@ -142,32 +143,42 @@ void JournalDatabase::remove_image(const std::string& job) {
   run_once(remove_image_);
 }
 
-std::vector<JournalEntry> JournalDatabase::since(std::uint64_t seq, std::size_t limit) {
-  prepare(select_, "SELECT seq, job, kind, time, body, hash FROM events WHERE seq > ? ORDER BY seq LIMIT ?");
-  const Rewound at_the_end{select_};
-  bind(select_, 1, static_cast<std::int64_t>(seq));
-  bind(select_, 2, static_cast<std::int64_t>(limit));
-  std::vector<JournalEntry> entries;
-  while (step(select_)) {
-    const std::int64_t time = ::sqlite3_column_int64(select_, 3);
-    const JournalEntry& entry = entries.emplace_back(
-        JournalEntry{static_cast<std::uint64_t>(::sqlite3_column_int64(select_, 0)), column(select_, 1),
-                     column(select_, 2), journal_time(time), column(select_, 4)});
-    if (expects_hashes_ &&
-        (::sqlite3_column_type(select_, 5) == SQLITE_NULL ||
-         ::sqlite3_column_int64(select_, 5) != entry_hash(entry.seq, entry.job, entry.kind, time, entry.body)))
-      throw Error(file_.string() + ": entry " + std::to_string(entry.seq) + " isn't what was written",
-                  Error::Kind::damage);
-  }
-  return entries;
+void JournalDatabase::keep_log(bool keeps) {
+  ::sqlite3_db_config(database_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, keeps ? 1 : 0, nullptr);
 }
 
-std::optional<std::uint64_t> JournalDatabase::next(std::uint64_t seq) {
-  prepare(next_, "SELECT seq FROM events WHERE seq > ? ORDER BY seq LIMIT 1");
-  const Rewound at_the_end{next_};
-  bind(next_, 1, static_cast<std::int64_t>(seq));
-  if (!step(next_)) return std::nullopt;
-  return static_cast<std::uint64_t>(::sqlite3_column_int64(next_, 0));
+void JournalDatabase::write_back() {
+  if (number("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
+    throw Error(file_.string() + ": its log can't be brought into it, as another program reads it", Error::Kind::other);
+}
+
+void JournalDatabase::walk(std::uint64_t seq, std::size_t limit,
+                           const std::function<void(JournalEntry&&, bool is_whole)>& use) {
+  prepare(select_, "SELECT seq, job, kind, time, body, hash FROM events WHERE seq >= ? ORDER BY seq LIMIT ?");
+  const Rewound at_the_end{select_};
+  // With a greater one than the last below a page, the way doesn't lead to that.
+  bind(select_, 1, static_cast<std::int64_t>(std::min<std::uint64_t>(seq, kLastEntry)) + 1);
+  bind(select_, 2, static_cast<std::int64_t>(limit));
+  while (step(select_)) {
+    const std::int64_t time = ::sqlite3_column_int64(select_, 3);
+    JournalEntry entry{static_cast<std::uint64_t>(::sqlite3_column_int64(select_, 0)), column(select_, 1),
+                       column(select_, 2), journal_time(time), column(select_, 4)};
+    const bool is_whole = !expects_hashes_ || (::sqlite3_column_type(select_, 5) != SQLITE_NULL &&
+                                               ::sqlite3_column_int64(select_, 5) ==
+                                                   entry_hash(entry.seq, entry.job, entry.kind, time, entry.body));
+    use(std::move(entry), is_whole);
+  }
+}
+
+std::vector<JournalEntry> JournalDatabase::since(std::uint64_t seq, std::size_t limit) {
+  std::vector<JournalEntry> entries;
+  walk(seq, limit, [&](JournalEntry&& entry, bool is_whole) {
+    if (!is_whole)
+      throw Error(file_.string() + ": entry " + std::to_string(entry.seq) + " isn't what was written",
+                  Error::Kind::damage);
+    entries.push_back(std::move(entry));
+  });
+  return entries;
 }
 
 std::optional<std::string> JournalDatabase::image(const std::string& job) {
@@ -268,6 +279,20 @@ std::string hidden_damage(const fs::path& file) {
   return read_write_ahead_log(log).damage;
 }
 
+/// Throws where something of it isn't what was written.
+void check_all(JournalDatabase& database, const fs::path& file) {
+  if (const std::string said = database.text("PRAGMA quick_check(1)"); said != "ok") throw DamagedJournal(file, said);
+  const std::int64_t version = database.number("PRAGMA user_version");
+  if (version <= 0 || version > std::ssize(kMigrations)) return;
+  if (database.number("SELECT coalesce(max(seq), 0) FROM events") > kLastEntry)
+    throw DamagedJournal(file, "an entry has a number that no entry can have");
+  if (version <= kWithoutHashes) return;
+  constexpr std::size_t kAtOnce = 1000;
+  std::uint64_t last = 0;
+  for (auto entries = database.since(last, kAtOnce); !entries.empty(); entries = database.since(last, kAtOnce))
+    last = entries.back().seq;
+}
+
 /// Brings it up to date.
 void migrate(JournalDatabase& database, const fs::path& file) {
   const std::int64_t version = database.number("PRAGMA user_version"), newest = std::ssize(kMigrations);
@@ -306,14 +331,14 @@ std::unique_ptr<JournalDatabase> open_journal(const fs::path& file, Journal::Mis
   }
   if (const std::string damage = hidden_damage(file); !damage.empty()) throw DamagedJournal(file, damage);
   auto database = std::make_unique<JournalDatabase>(file, JournalDatabase::Open::write);
+  database->keep_log(true);
+  check_all(*database, file);
   // With FULL each transaction is synced before it counts. NORMAL would sync at checkpoints alone, so that a power cut
   // takes back what clients have been told; EXTRA differs from FULL only where there is no write-ahead log.
   // The log grows to some 32 MiB before it is brought into the file, which takes several syncs.
   database->run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA wal_autocheckpoint = 8192;");
-  if (const std::string said = database->text("PRAGMA quick_check(1)"); said != "ok") throw DamagedJournal(file, said);
   migrate(*database, file);
-  if (database->number("SELECT coalesce(max(seq), 0) FROM events") > kLastEntry)
-    throw DamagedJournal(file, "an entry has a number that no entry can have");
+  database->keep_log(false);
   // That jobs are gone is kept in mind of so many.
   database->run(
       "DELETE FROM events WHERE kind IN ('removed', 'expired') AND seq < (SELECT coalesce(min(seq), 0) FROM (SELECT "

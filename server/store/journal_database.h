@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -43,14 +44,19 @@ class JournalDatabase {
   void insert_image(const std::string& job, const std::string& image);
   void remove_image(const std::string& job);
 
+  /// Whether the log stays as it is when this is closed, and the file with it.
+  void keep_log(bool keeps);
+  /// Brings all of the log into the file. Throws where that isn't there for good afterwards.
+  void write_back();
+
+  /// Shows at most `limit` rows with a greater `seq`, in order, and says of each whether it is what was written.
+  void walk(std::uint64_t seq, std::size_t limit, const std::function<void(JournalEntry&&, bool is_whole)>& use);
   /// At most `limit` entries with a greater `seq`, in order. One that isn't what was written is damage.
   std::vector<JournalEntry> since(std::uint64_t seq, std::size_t limit);
   /// Whether an entry without a hash is damage.
   void expect_hashes(bool expects) { expects_hashes_ = expects; }
   /// To entries that have none.
   void add_hashes();
-  /// The `seq` that comes next.
-  std::optional<std::uint64_t> next(std::uint64_t seq);
   std::optional<std::string> image(const std::string& job);
   std::vector<std::string> images();
 
@@ -72,7 +78,7 @@ class JournalDatabase {
   const std::filesystem::path file_;
   struct stat opened_ {};
   sqlite3* database_ = nullptr;
-  sqlite3_stmt *insert_ = nullptr, *remove_ = nullptr, *select_ = nullptr, *next_ = nullptr;
+  sqlite3_stmt *insert_ = nullptr, *remove_ = nullptr, *select_ = nullptr;
   sqlite3_stmt *insert_image_ = nullptr, *remove_image_ = nullptr, *select_image_ = nullptr, *list_images_ = nullptr;
 };
 

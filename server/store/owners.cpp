@@ -89,18 +89,29 @@ void Owners::forget(const proto::ContentHash& hash) {
   for (const std::string& owner : owners_of(hash)) remove(owner, hash);
 }
 
-void Owners::expire(const proto::ContentHash& hash) {
-  for (const std::string& owner : owners_of(hash)) {
-    if (bytes_of(owner, hash) == 0) continue;
-    remove(owner, hash);
-    add(owner, hash, 0);
+void Owners::expire(const proto::ContentHash& hash, const std::function<bool()>& is_there) {
+  const std::string digits = digits_of(hash);
+  std::vector<fs::path> changed;
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_there()) return;
+    for (auto& [owner, holding] : holdings_) {
+      const auto held = holding.bytes.find(digits);
+      if (held == holding.bytes.end() || held->second == 0) continue;
+      const std::string path = (folder_ / owner / digits).string();
+      fs::rename(path + '.' + std::to_string(held->second), path + ".0");
+      holding.total -= std::exchange(held->second, 0);
+      changed.push_back(folder_ / owner);
+    }
   }
+  for (const fs::path& folder : changed) sync_folder(folder);
 }
 
 bool Owners::has_others(const std::string& owner, const proto::ContentHash& hash) const {
   const std::lock_guard lock(mutex_);
   return std::ranges::any_of(holdings_, [&](const auto& holding) {
-    return holding.first != owner && holding.second.bytes.contains(digits_of(hash));
+    const auto held = holding.second.bytes.find(digits_of(hash));
+    return holding.first != owner && held != holding.second.bytes.end() && held->second > 0;
   });
 }
 

@@ -28,10 +28,11 @@ class Owners {
   /// It is nobody's any more.
   void forget(const proto::ContentHash& hash);
 
-  /// It has expired: its bytes are nobody's any more, but those who had it are told what became of it.
-  void expire(const proto::ContentHash& hash);
+  /// It has expired: its bytes are nobody's any more, but those who had it are told what became of it. Unless it has
+  /// been put again since, of which `is_there` tells: who puts it is added once it is there.
+  void expire(const proto::ContentHash& hash, const std::function<bool()>& is_there);
 
-  /// Whether somebody else has it, too.
+  /// Whether somebody else has it, too, and it hasn't expired.
   bool has_others(const std::string& owner, const proto::ContentHash& hash) const;
   bool has(const std::string& owner, const proto::ContentHash& hash) const;
 

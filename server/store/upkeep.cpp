@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <exception>
+#include <filesystem>
 #include <string>
 
 #include <spdlog/spdlog.h>
@@ -15,8 +16,9 @@ using UpkeepClock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kBetweenChecks{5};
 constexpr std::chrono::minutes kBetweenSweeps{5};
 
-void let_go(const char* what, const Shelf::Swept& swept, Owners& owners) {
-  for (const std::string& name : swept.names) owners.expire("sha256:" + name);
+void let_go(const char* what, const Shelf& shelf, const Shelf::Swept& swept, Owners& owners) {
+  for (const std::string& name : swept.names)
+    owners.expire("sha256:" + name, [&] { return std::filesystem::exists(shelf.path_of(name)); });
   if (!swept.names.empty()) spdlog::info("{} {} of {} bytes have expired", swept.names.size(), what, swept.bytes);
 }
 
@@ -29,9 +31,9 @@ Upkeep::Upkeep(BlobStore& blobs, SceneStore& scenes, Owners& owners, const Limit
 
 void Upkeep::sweep(BlobStore& blobs, SceneStore& scenes, Owners& owners, const Limits& limits,
                    const std::stop_token& stop) {
-  let_go("scenes", scenes.sweep(limits.scenes, stop), owners);  // First, as they need blobs.
+  let_go("scenes", scenes.shelf(), scenes.sweep(limits.scenes, stop), owners);  // First, as they need blobs.
   const auto is_needed = [&](const std::string& name) { return scenes.names_blob("sha256:" + name); };
-  let_go("blobs", blobs.shelf().sweep(limits.blobs, is_needed, stop), owners);
+  let_go("blobs", blobs.shelf(), blobs.shelf().sweep(limits.blobs, is_needed, stop), owners);
 }
 
 void Upkeep::work_on(const std::stop_token& stop) {

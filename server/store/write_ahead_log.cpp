@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace tessera::server {
 namespace {
@@ -49,16 +50,17 @@ class LogReader {
     has_header_ = is_known && word_at(log_, 8) == kJournalPage && sum == stored_checksum(log_, 24);
     salts_ = has_header_ ? log_.substr(16, 8) : salts_of(0);
     if (!has_header_ && frames_ > 1 && salts_.find_first_not_of('\0') == salts_.npos) salts_ = salts_of(1);
+    for (std::size_t i = 0; i < frames_; ++i) is_whole_.push_back(is_whole(i));
   }
 
   WriteAheadLog read() const {
     WriteAheadLog read;
     std::size_t good = 0;
-    while (has_header_ && good < frames_ && is_whole(good)) ++good;
+    while (has_header_ && good < frames_ && is_whole_[good]) ++good;
     // How many transactions follow each other behind the first frame that isn't whole.
     std::size_t most = 0, in_a_row = 0;
     for (std::size_t i = good + 1; i < frames_; ++i) {
-      if (!is_whole(i))
+      if (!is_whole_[i])
         in_a_row = 0;
       else if (is_commit(i))
         most = std::max(most, ++in_a_row);
@@ -68,9 +70,9 @@ class LogReader {
                     ", and there is more behind that";
     std::size_t used = 0;
     for (std::size_t i = 0; i < (read.damage.empty() ? good : frames_); ++i)
-      if (salts_of(i) == salts_ && is_commit(i)) used = i + 1;
+      if (is_whole_[i] && is_commit(i)) used = i + 1;
     for (std::size_t i = 0; i < used; ++i)
-      if (salts_of(i) == salts_)
+      if (is_whole_[i])
         read.pages.push_back(
             {word_at(frame(i), 0), std::span<const char, kJournalPage>(frame(i).data() + kFrameHeader, kJournalPage)});
     return read;
@@ -93,6 +95,7 @@ class LogReader {
   std::size_t frames_ = 0;
   bool has_header_ = false, is_big_ = false;
   std::string_view salts_;
+  std::vector<bool> is_whole_;  ///< By frames.
 };
 
 }  // namespace

@@ -23,7 +23,8 @@ struct WriteAheadLog {
   /// all that follows the first frame that isn't whole for that, and passes over it without a word. But each
   /// transaction is on the disk before the next is begun: so where two or more follow, frames were damaged later.
   std::string damage;
-  /// Views of the log: the pages of all transactions in their order, those behind a damaged frame included.
+  /// Views of the log: the pages of all transactions in their order, those behind a damaged frame included, but none
+  /// that isn't whole, for which an older one may be.
   std::vector<LoggedPage> pages;
 };
 

@@ -215,6 +215,19 @@ class ScrubTest(StorageTest):
         self.assert_problem(daemon.request("GET", "/v1/scenes/" + posted), 404, "not_found", "damaged")
         self.assert_problem(self.post(daemon), 422, "invalid_document", "damaged")
 
+    def test_images_of_jobs_that_nobody_knows_are_set_aside(self):
+        """Each time: a scrub that made a new journal, which didn't know them any more, may have been killed then."""
+        self.daemon().stop()
+        stranger = self.path("images", "0" * 26 + ".film")
+        with open(stranger, "wb") as file:
+            file.write(b"an image")
+        status, lines, errors = self.scrub()
+        self.assertEqual((status, errors), (0, ""), lines)
+        self.assertIn(stranger, lines[0])
+        self.assertEqual(self.files("set-aside"), [f"images-{os.path.basename(stranger)}"])
+        self.daemon().stop()
+        self.assertEqual(len(self.files("set-aside")), 1)
+
     def test_it_makes_no_folder(self):
         shutil.rmtree(self.data)
         self.assertEqual(self.scrub()[0], 2)

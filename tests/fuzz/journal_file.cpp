@@ -179,11 +179,42 @@ void check_salvage(bool was_whole) {
   expect(start_daemon().has_value(), "no daemon starts with a salvaged journal");
 }
 
+/// The entries that don't lie on this page, which is to be read as the file format has it, not as it is salvaged: job
+/// and kind follow each other in an entry's record.
+std::set<std::string> entries_beside(std::string_view page) {
+  std::set<std::string> beside;
+  const fs::path whole = folder() / "whole.db";
+  for (const JournalEntry& entry : Journal(whole).since(0, 1000))
+    if (page.find(entry.job + entry.kind) == page.npos) beside.insert(line_of(entry));
+  return beside;
+}
+
+/// The journal with all that was in its log, and then one page overwritten: nothing is lost but what lay there. Of the
+/// root of the tree of entries, which is the second page, nothing is asked.
+void check_page(std::size_t number, char with) {
+  static const std::string whole = [] {
+    entries_of_whole_journal();  // Makes the file, and closing it brings the log into it.
+    return read_whole(folder() / "whole.db");
+  }();
+  constexpr std::size_t kPage = 4096;
+  const std::size_t begin = number % (whole.size() / kPage) * kPage;
+  if (begin == kPage) return;
+  const std::set<std::string> least = entries_beside(std::string_view(whole).substr(begin, kPage));
+  std::string bytes = whole;
+  overwrite(bytes, begin, std::string(kPage, with));
+  std::ofstream(journal_path(), std::ios::binary) << bytes;
+  check_journal(journal_path(), Journal::Missing::is_lost, folder() / "aside");
+  std::set<std::string> kept;
+  for (const JournalEntry& entry : Journal(journal_path()).since(0, 1000)) kept.insert(line_of(entry));
+  expect(std::ranges::includes(kept, least), "entries of whole pages are lost");
+}
+
 }  // namespace
 
 /// The first character says what the rest is: 'F' the journal's file; 'M' changes of a whole journal, two bytes each
 /// for where and how much, of its log where the amount is odd, and a byte; 'T' where its file, and then its log, is cut
-/// off; 'R' rows, a line each: number, job, kind, time and body.
+/// off; 'P' a page of the whole journal, without a log, and a byte to overwrite it with; 'R' rows, a line each: number,
+/// job, kind, time and body.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const Log quiet({"off", LogFormat::text, false});
   if (size == 0) return 0;
@@ -208,6 +239,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     cut(bytes.log, 2);
   }
   for (const char* left : {"", "-wal", "-shm", "-journal"}) fs::remove(journal_path().string() + left);
+  if (data[0] == 'P' && rest.size() >= 2) check_page(static_cast<unsigned char>(rest[0]), rest[1]);
+  if (data[0] == 'P') return fs::remove_all(folder() / "aside"), 0;
   std::ofstream(journal_path(), std::ios::binary) << bytes.file;
   if (!bytes.log.empty()) std::ofstream(log_path(), std::ios::binary) << bytes.log;
   if (data[0] == 'R') add_rows(rest);

@@ -320,7 +320,8 @@ def journal_damaged(outcome):
             kept = {job["id"] for job in daemon.request("GET", "/v1/jobs?limit=1000").json()["jobs"]}
             for job in kept:
                 expect(daemon.wait_ended(job)["state"] == "completed", f"{job} doesn't complete")
-                expect(image(daemon, job) == images.get(job, image(daemon, job)), f"{job} has another image than before")
+                if job in images:
+                    expect(image(daemon, job) == images[job], f"{job} has another image than before")
         known = len(kept & set(images))
         expect(known > 0, "nothing of a journal is kept of which most pages are whole")
     outcome.row("fault: every fifth page of the journal damaged", f"{known} of {len(images)} jobs kept, told of", "no harm")

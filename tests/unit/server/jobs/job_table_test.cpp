@@ -422,6 +422,25 @@ void await(JobTable& table, const std::string& id, JobTable::Until until = JobTa
   if (table.wait(id, awaiting, until)) awaiting.promise.get_future().get();
 }
 
+TEST(JournaledJobs, StayAsTheyAreWhenWhatIsReadCannotHaveHappened) {
+  const TemporaryFolder folder;
+  std::string id;
+  std::vector<JournalEntry> entries;
+  {
+    Journal journal(folder.path() / "journal.db");
+    JobTable table(kRoomy, &journal);
+    id = (*table.add(written_order())).id;
+    journal.close();
+    entries = journal.since(0, 1000);
+  }
+  JobTable table(kRoomy);
+  for (const JournalEntry& entry : entries) table.restore(entry.job, read_event(entry), entry.seq);
+  JobEvent::Ended ended{JobState::completed};
+  ended.figures.samples = 7;
+  EXPECT_ANY_THROW(table.restore(id, {{}, {}, ended}, 100)) << "it hasn't begun to render";
+  EXPECT_EQ((*table.find(id)).progress->figures().samples, 0U);
+}
+
 TEST(JournaledJobs, NeedWhatTheyNeededAgain) {
   const TemporaryFolder folder;
   std::string id;

@@ -24,9 +24,10 @@ namespace fs = std::filesystem;
 constexpr std::size_t kPage = 4096;
 constexpr int kJobs = 200;
 
-void run_sql(const fs::path& file, const std::string& sql) {
+void run_sql(const fs::path& file, const std::string& sql, bool stays_in_log = false) {
   sqlite3* database = nullptr;
   ASSERT_EQ(::sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  ::sqlite3_db_config(database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, stays_in_log ? 1 : 0, nullptr);
   EXPECT_EQ(::sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << ::sqlite3_errmsg(database);
   ::sqlite3_close(database);
 }
@@ -35,7 +36,7 @@ using Entries = std::map<std::uint64_t, std::string>;
 
 Entries entries_of(const Journal& journal) {
   Entries entries;
-  for (const JournalEntry& entry : journal.since(0, 10'000)) entries[entry.seq] = entry.job + entry.kind + entry.body;
+  for (const JournalEntry& entry : journal.since(0, 100'000)) entries[entry.seq] = entry.job + entry.kind + entry.body;
   return entries;
 }
 
@@ -68,6 +69,16 @@ class JournalDamage : public FolderTest {
     if (!in_log) fs::remove(log_);
   }
 
+  /// One of many small entries, whose numbers have no gaps.
+  void make_of_small_entries(int count) {
+    Journal journal(file_);
+    for (int i = 0; i < count; ++i) journal.append({"a job", "planned", {}, [] { return std::string("{}"); }});
+    journal.close();
+    entries_ = entries_of(journal);
+    ASSERT_EQ(entries_.size(), static_cast<std::size_t>(count));
+    run_sql(file_, "PRAGMA wal_checkpoint(TRUNCATE)");
+  }
+
   void overwrite(const fs::path& path, std::size_t at, const std::string& with) const {
     std::string bytes = read(path);
     ASSERT_LE(at + with.size(), bytes.size());
@@ -77,15 +88,17 @@ class JournalDamage : public FolderTest {
 
   /// It isn't used, and it is said why and what to do; a new one has this many entries at least, all as they were.
   void expect_salvage(std::size_t least_entries, std::size_t least_images = 0, bool is_there = true) {
-    const std::string before = read(file_);
+    const std::string before = read(file_), log_before = read(log_);
     try {
       Journal journal(file_, Journal::Missing::is_lost);
-      entries_of(journal);
       ADD_FAILURE() << "a damaged journal is used";
     } catch (const DamagedJournal& damage) {
       EXPECT_NE(std::string(damage.what()).find(file_.string()), std::string::npos) << damage.what();
       EXPECT_NE(std::string(damage.what()).find("tesserad --scrub"), std::string::npos) << damage.what();
+      EXPECT_NE(std::string(damage.what()).find("remove journal.db-wal"), std::string::npos) << damage.what();
     }
+    EXPECT_TRUE(read(file_) == before) << "the file has been changed";
+    EXPECT_TRUE(read(log_) == log_before) << "the log has been changed";
     const JournalCheck check = check_journal(file_, Journal::Missing::is_lost, aside_);
     EXPECT_FALSE(check.damage.empty());
     EXPECT_GE(check.entries, least_entries);
@@ -127,13 +140,12 @@ TEST_F(JournalDamage, OfNoneNothingIsChanged) {
 TEST_F(JournalDamage, OfAnyPage) {
   make(false);
   const std::string whole = read(file_);
-  for (std::size_t page = 0; page < whole.size() / kPage; page += 3) {
+  for (std::size_t page = 0; page < whole.size() / kPage; page += page < 4 ? 1 : 3) {
     SCOPED_TRACE(page);
     write("journal.db", whole);
     overwrite(file_, page * kPage, std::string(kPage, 'x'));
-    // A leaf has some ten entries. Where the roots of trees stand, all the ways begin.
-    const bool is_root = page == 1 || page == 3;
-    expect_salvage(page == 0 ? kJobs : is_root ? 0 : kJobs - 12);
+    // A leaf has some ten entries. Where the tree of entries has its root, all the ways to them begin.
+    expect_salvage(page == 0 || page == 3 ? kJobs : page == 1 ? 0 : kJobs - 12);
     fs::remove_all(aside_);
   }
 }
@@ -186,6 +198,50 @@ TEST_F(JournalDamage, OfTheLog) {
   expect_salvage(kJobs, kJobs / 10);
 }
 
+TEST_F(JournalDamage, OfAPageInTheLogOfWhichThereIsAnOlderOne) {
+  make(true);
+  const std::string log = read(log_);
+  constexpr std::size_t kFrame = kPage + 24;
+  std::size_t last = 0;  // Of the page where the tree of entries has its root.
+  for (std::size_t at = 32; at + kFrame <= log.size(); at += kFrame)
+    if (log.substr(at, 4) == std::string("\0\0\0\2", 4)) last = at;
+  ASSERT_GT(last, log.size() / 2);
+  overwrite(log_, last + 24, std::string(kPage, '\0'));
+  expect_salvage(kJobs - 24);
+}
+
+TEST_F(JournalDamage, OfOneBitOfANumber) {
+  make_of_small_entries(5000);
+  const std::string number_1000 = "\x87\x68\x07", whole = read(file_);  // As it is written, and what follows.
+  const std::size_t at = whole.find(number_1000);
+  ASSERT_NE(at, whole.npos);
+  ASSERT_EQ(whole.find(number_1000, at + 1), whole.npos);
+  overwrite(file_, at, "\x87\xE8");  // Is 128007 now.
+  expect_salvage(5000 - 120);
+}
+
+TEST_F(JournalDamage, OfAPageOnTheWayToManyEntries) {
+  make_of_small_entries(60'000);
+  const std::string whole = read(file_);
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | static_cast<unsigned char>(whole[at + i]);
+    return value;
+  };
+  // The root's first cell: the page, and the last number to which that leads (sqlite.org/fileformat2.html, 1.6).
+  const std::size_t cell = kPage + number(kPage + 12, 2), page = number(cell, 4) - 1;
+  ASSERT_EQ(whole[page * kPage], '\x05') << "not on the way, but a leaf";
+  std::size_t below = 0, digit = 0x80;
+  for (std::size_t at = cell + 4; digit & 0x80; ++at) {
+    digit = number(at, 1);
+    below = below << 7 | (digit & 0x7F);
+  }
+  ASSERT_GT(below, 10'000U);
+  ASSERT_LT(below, 50'000U);
+  overwrite(file_, page * kPage, std::string(kPage, 'x'));
+  expect_salvage(60'000 - below);
+}
+
 TEST_F(JournalDamage, IsNotWhatAKilledDaemonLeaves) {
   make(true);
   const std::string file = read(file_), log = read(log_);
@@ -208,6 +264,21 @@ TEST_F(JournalDamage, OfOneEntry) {
   EXPECT_EQ(entries_of(Journal(file_)).size(), std::size_t{kJobs} - 2 + 1);
 }
 
+TEST_F(JournalDamage, OfOneEntryInTheLog) {
+  make(true);
+  run_sql(file_, "UPDATE events SET body = replace(body, 'ccc', 'ccd') WHERE job = 'job2'", true);
+  ASSERT_GT(fs::file_size(log_), 500'000U);
+  expect_salvage(kJobs - 1, kJobs / 10);
+}
+
+TEST_F(JournalDamage, OfImagesWhileItIsOpen) {
+  make(false);
+  const Journal journal(file_);
+  overwrite(file_, 3 * kPage, std::string(kPage, 'x'));
+  EXPECT_THROW(journal.images(), DamagedJournal);
+  EXPECT_THROW(journal.image("job0"), DamagedJournal);
+}
+
 TEST_F(JournalDamage, AJournalThatIsGone) {
   EXPECT_THROW(Journal(file_, Journal::Missing::is_lost), DamagedJournal);
   EXPECT_FALSE(fs::exists(file_));
@@ -222,7 +293,9 @@ TEST_F(JournalDamage, AnInterruptedSalvageIsEnded) {
   make(false);
   fs::rename(file_, folder_ / "journal.db.salvaged");
   EXPECT_THROW(Journal(file_, Journal::Missing::is_new), DamagedJournal);
-  check_journal(file_, Journal::Missing::is_new, aside_);
+  const JournalCheck check = check_journal(file_, Journal::Missing::is_new, aside_);
+  EXPECT_EQ(check.entries, std::size_t{kJobs});
+  EXPECT_EQ(check.images, std::size_t{kJobs} / 10);
   EXPECT_EQ(entries_of(Journal(file_)), entries_);
 }
 

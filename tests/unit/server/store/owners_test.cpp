@@ -48,6 +48,22 @@ TEST(Owners, OutliveTheDaemon) {
   EXPECT_EQ(owners.bytes_of("alice"), 17U);
 }
 
+TEST(Owners, WhatExpiresIsNobodysUnlessItIsThereAgain) {
+  const TemporaryFolder folder;
+  Owners owners(folder.path());
+  owners.add("alice", hash_of('a'), 10);
+  owners.add("bob", hash_of('a'), 10);
+  owners.expire(hash_of('a'), [] { return true; });
+  EXPECT_EQ(owners.bytes_of("alice"), 10U) << "it was put again before its owners were told";
+  owners.expire(hash_of('a'), [] { return false; });
+  EXPECT_EQ(owners.bytes_of("alice") + owners.bytes_of("bob"), 0U);
+  EXPECT_TRUE(owners.has("alice", hash_of('a')));
+  EXPECT_EQ(Owners(folder.path()).bytes_of("alice"), 0U);
+  owners.add("bob", hash_of('a'), 10);
+  EXPECT_FALSE(owners.has_others("bob", hash_of('a'))) << "only those whose bytes it once was";
+  EXPECT_TRUE(owners.has_others("alice", hash_of('a')));
+}
+
 TEST(Owners, NobodyHasNothing) {
   const TemporaryFolder folder;
   Owners owners(folder.path());

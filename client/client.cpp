@@ -167,7 +167,7 @@ json Client::stats(const std::string& id) const {
 }
 
 HttpResponse Client::ask(const std::string& target) const {
-  return exchange(address_, {.method = "GET", .target = target});
+  return exchange(address_, {.method = "GET", .target = target, .key = key_});
 }
 
 json Client::capabilities() const {

@@ -220,6 +220,10 @@ std::vector<Finding> examine_server(const Client& client, std::string_view versi
     const HttpResponse answer = client.ask("/v1/version");
     const double seconds = seconds_since(start);
     const json told = json::parse(answer.body, nullptr, false);
+    if (const std::string why = text_of(told, "detail"); !why.empty() && text_of(told, "name").empty())
+      return findings.push_back({Verdict::fail, "server", why + " (status " + std::to_string(answer.status) + ')',
+                                 answer.status == 401 ? "show a key that may read: --key-file FILE, or TESSERA_KEY"
+                                                      : "say where it listens with --server"});
     if (text_of(told, "name") != "tessera")
       return findings.push_back(
           {Verdict::fail, "server",

@@ -40,7 +40,7 @@ void ImageArguments::add_to(CLI::App& command) {
   command.add_option(
       "--background", image.background,
       "Behind what is transparent in a PNG or JPEG: a colour as six hexadecimal digits, white, black, or "
-      "transparent; of a model, white unless said, or environment for what lights it");
+      "transparent; of a model that render sends, white unless said, or environment for what lights it");
   command.add_option("--precision", image.precision, "Of an EXR's floats: float, or half, which is smaller")
       ->check(CLI::IsMember({"half", "float"}));
 }

@@ -340,7 +340,13 @@ proto::Result<JobView> JobTable::cancel(const std::string& id) {
     if (!proto::has_ended(found->second.view.state)) written = found->second.ending;
   }
   const Outcome outcome = written.valid() ? written.get() : std::nullopt;
-  if (is_mine && outcome) return *outcome;
+  if (is_mine && outcome) {
+    Problem problem = *outcome;
+    problem.detail +=
+        " The work on the job has stopped all the same; if the server ends before that can be written, the next start "
+        "goes on with it.";
+    return problem;
+  }
   const auto view = find(id);
   if (is_mine || !view) return view;
   return Problem{ProblemCode::job_already_ended,

@@ -259,6 +259,7 @@ void JobTable::has_been_written(const std::string& id, const JobEvent& end, cons
   if (outcome && std::get<JobEvent::Ended>(end.what).state != JobState::canceled) return;
   Aftermath after;
   const std::lock_guard lock(mutex_);
+  if (!find_unfinished(id)) return;  // A try before has said so.
   apply_now(id, end, after);
   forget_oldest(after);
 }

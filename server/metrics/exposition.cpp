@@ -3,9 +3,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -22,6 +24,7 @@
 #include "server/metrics/process_stats.h"
 #include "server/store/image_cache.h"
 #include "server/store/scene_store.h"
+#include "server/store/set_aside.h"
 #include "server/store/structure_cache.h"
 #include "server/work/scheduler.h"
 
@@ -123,6 +126,15 @@ void tell_scheduler(Families& to, const Scheduler::Usage& usage) {
   to.add({{"state", "idle"}}, usage.idle_seconds);
 }
 
+void tell_storage(Families& to, const Services& services) {
+  std::error_code lost;
+  const auto space = std::filesystem::space(services.config.data_dir, lost);
+  if (!lost)
+    to.one("tessera_disk_free_bytes", "Of the data folder's disk, that the server may take.", kGauge, space.available);
+  to.one("tessera_files_set_aside_total", "Files that were found damaged, and are in set-aside/.", kCounter,
+         files_set_aside());
+}
+
 void tell_memory(Families& to, const Services& services, const JobTable::Usage& jobs,
                  const std::vector<std::pair<std::string, CacheUsage>>& caches) {
   to.begin("tessera_memory_bytes", "Memory that is accounted for, by what holds it.", kGauge);
@@ -207,6 +219,7 @@ std::string exposition(Services& services) {
   tell_jobs(families, jobs);
   tell_webhooks(families);
   tell_scheduler(families, services.scheduler.usage());
+  tell_storage(families, services);
   tell_memory(families, services, jobs,
               {{"scenes", services.scenes.scenes_usage()},
                {"documents", services.scenes.documents_usage()},

@@ -270,6 +270,18 @@ class DurabilityTest(unittest.TestCase):
         daemon = self.restarted(daemon)
         self.assertEqual(self.image(daemon, job), image)
 
+    def test_a_cancel_that_cannot_be_written_stops_the_work_and_says_so(self):
+        daemon = self.start("--threads", "1")
+        job = daemon.submit(noisy_job(0, 128, 4096))
+        daemon.wait_until(job, lambda status: status["state"] == "rendering")
+        with daemon.full_disk():
+            refused = daemon.request("POST", f"/v1/jobs/{job}/cancel")
+            self.assertEqual(refused.status, 507)
+            self.assertIn("has stopped all the same", refused.json()["detail"])
+            self.assertEqual(daemon.status(job)["state"], "canceled")
+        daemon.submit(noisy_job(1, 8, 1))  # What is written later is written behind it.
+        self.assertEqual(self.restarted(daemon).status(job)["state"], "canceled")
+
     def test_a_job_goes_on_from_its_tiles(self):
         """Of a job that renders for seconds, nothing is done twice; its figures and its image are as ever."""
         document = noisy_job(0, 320, 96)  # In passes up to 1, 4, 16, 64 and 96 samples.

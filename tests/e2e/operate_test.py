@@ -12,8 +12,9 @@ import subprocess
 import tempfile
 import time
 import unittest
+import unittest.mock
 
-from daemon import SOURCE, Daemon
+from daemon import SOURCE, Daemon, make_key
 from documents import ENDLESS_PIXEL, SMALL_JOB, SPHERE
 
 # The last thing that is said of a SIGHUP, whatever comes of it.
@@ -480,6 +481,17 @@ class DoctorTest(unittest.TestCase):
             self.assertTrue(detail)
             self.assertEqual(advice == "", verdict == "ok", (detail, advice))
         return findings
+
+    def test_a_server_that_wants_a_key(self):
+        with tempfile.TemporaryDirectory() as folder:
+            key = make_key(folder)
+            with Daemon(data_dir=folder) as daemon:
+                found = self.ask(url=daemon.url, status=1)
+                self.assertEqual(list(found), ["server"])
+                self.assertIn("key", found["server"][2])
+                with unittest.mock.patch.dict(os.environ, {"TESSERA_KEY": key}):
+                    found = self.ask(url=daemon.url)
+                self.assertEqual(found["render"][0], "ok", found)
 
     def test_all_is_well(self):
         with Daemon() as daemon:

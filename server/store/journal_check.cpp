@@ -70,11 +70,10 @@ JournalCheck look_through(const fs::path& file, Journal::Missing missing) {
 constexpr std::size_t kVersions = 18, kChangeCounter = 24, kPageCount = 28, kFreePages = 32, kValidFor = 92;
 
 /// Puts pages of the log into the database, as SQLite would, but also those behind a damaged one.
-void apply_log(std::string& database, const std::string& log) {
-  const WriteAheadLog read = read_write_ahead_log(log);
-  const std::size_t most = database.size() / kJournalPage + read.pages.size();
-  for (const LoggedPage& page : read.pages) {
-    if (page.number == 0 || page.number > most) continue;
+void apply_log(std::string& database, const WriteAheadLog& log, bool with_damaged) {
+  const std::size_t most = database.size() / kJournalPage + log.pages.size();
+  for (const LoggedPage& page : log.pages) {
+    if (page.number == 0 || page.number > most || !(page.is_whole || with_damaged)) continue;
     const std::size_t begin = std::size_t{page.number - 1} * kJournalPage;
     database.resize(std::max(database.size(), begin + kJournalPage), '\0');
     std::ranges::copy(page.bytes, database.begin() + static_cast<std::ptrdiff_t>(begin));
@@ -202,24 +201,28 @@ void salvage(const fs::path& file, const fs::path& made) {
   {
     open_journal(made, Journal::Missing::is_new);  // As its file is whole once it is closed.
   }
-  std::string database = whole_file(file);
-  apply_log(database, whole_file(with(file, "-wal")));
-  settle_header(database);
-  write_whole_file(copy, database);
-  if (!knows_its_tables(copy)) {
-    // Every journal's tables begin at the same pages, which is what the first page says.
-    const std::string first = whole_file(made).substr(0, kJournalPage);
-    database.resize(std::max(database.size(), first.size()), '\0');
-    std::ranges::copy(first, database.begin());
+  // Every journal's tables begin at the same pages, which is what the first page says.
+  const std::string first = whole_file(made).substr(0, kJournalPage);
+  const std::string bytes = whole_file(with(file, "-wal"));
+  const WriteAheadLog log = read_write_ahead_log(bytes);
+  const auto writing = open_journal(made, Journal::Missing::is_lost);
+  // There may be more to read on a page of the log that is damaged, or on the older one below it: so of both.
+  for (const bool with_damaged : {true, false}) {
+    if (!with_damaged && std::ranges::all_of(log.pages, &LoggedPage::is_whole)) break;
+    std::string database = whole_file(file);
+    apply_log(database, log, with_damaged);
     settle_header(database);
     write_whole_file(copy, database);
+    if (!knows_its_tables(copy)) {
+      database.resize(std::max(database.size(), first.size()), '\0');
+      std::ranges::copy(first, database.begin());
+      settle_header(database);
+      write_whole_file(copy, database);
+    }
+    if (knows_its_tables(copy)) Salvage(copy, *writing).carry_over();
+    remove_database(copy);
   }
-  if (knows_its_tables(copy)) {
-    const auto writing = open_journal(made, Journal::Missing::is_lost);
-    Salvage(copy, *writing).carry_over();
-    writing->write_back();  // Closing does that, too, but doesn't tell where it fails.
-  }
-  remove_database(copy);
+  writing->write_back();  // Closing does that, too, but doesn't tell where it fails.
 }
 
 }  // namespace

@@ -72,9 +72,10 @@ class LogReader {
     for (std::size_t i = 0; i < (read.damage.empty() ? good : frames_); ++i)
       if (is_whole_[i] && is_commit(i)) used = i + 1;
     for (std::size_t i = 0; i < used; ++i)
-      if (is_whole_[i])
-        read.pages.push_back(
-            {word_at(frame(i), 0), std::span<const char, kJournalPage>(frame(i).data() + kFrameHeader, kJournalPage)});
+      if (salts_of(i) == salts_)
+        read.pages.push_back({word_at(frame(i), 0),
+                              std::span<const char, kJournalPage>(frame(i).data() + kFrameHeader, kJournalPage),
+                              is_whole_[i]});
     return read;
   }
 

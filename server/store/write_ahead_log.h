@@ -15,6 +15,7 @@ inline constexpr std::size_t kJournalPage = 4096;
 struct LoggedPage {
   std::uint32_t number;  ///< From 1.
   std::span<const char, kJournalPage> bytes;
+  bool is_whole;
 };
 
 /// What is in the write-ahead log of an SQLite database (sqlite.org/fileformat2.html, 4).
@@ -23,8 +24,7 @@ struct WriteAheadLog {
   /// all that follows the first frame that isn't whole for that, and passes over it without a word. But each
   /// transaction is on the disk before the next is begun: so where two or more follow, frames were damaged later.
   std::string damage;
-  /// Views of the log: the pages of all transactions in their order, those behind a damaged frame included, but none
-  /// that isn't whole, for which an older one may be.
+  /// Views of the log: the pages of all transactions in their order, damaged ones and those behind them included.
   std::vector<LoggedPage> pages;
 };
 

@@ -210,6 +210,24 @@ TEST_F(JournalDamage, OfAPageInTheLogOfWhichThereIsAnOlderOne) {
   expect_salvage(kJobs - 24);
 }
 
+TEST_F(JournalDamage, OfOneEntryInAllThatTheLogHasOfItsPage) {
+  make(true);
+  const std::string log = read(log_);
+  constexpr std::size_t kFrame = kPage + 24;
+  std::size_t leaf = 0;  // One that has entries alone, whose bodies end before their hashes.
+  for (std::size_t at = 32; at < log.size() / 2; at += kFrame)
+    if (log[at + 24] == '\x0D') leaf = at;
+  ASSERT_GT(leaf, 0U);
+  std::size_t times = 0;
+  for (std::size_t at = 32; at + kFrame <= log.size(); at += kFrame) {
+    if (log.substr(at, 4) != log.substr(leaf, 4)) continue;
+    overwrite(log_, at + kFrame - 50, "!");
+    ++times;
+  }
+  ASSERT_GT(times, 2U);
+  expect_salvage(kJobs - 1);
+}
+
 TEST_F(JournalDamage, OfOneBitOfANumber) {
   make_of_small_entries(5000);
   const std::string number_1000 = "\x87\x68\x07", whole = read(file_);  // As it is written, and what follows.

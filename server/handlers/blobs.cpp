@@ -14,6 +14,8 @@ using proto::ProblemCode;
 Response put_blob(Services& services, Request& request) {
   if (const auto refused = refuse_bytes(services, request.who, request.parameter, request.file->size()))
     return problem_response(*refused);
+  // Until it is theirs: another owner may be deleting it.
+  const auto hold = services.blobs.shelf().hold(hash_digits(request.parameter));
   const auto put = services.blobs.put(request.parameter, *request.file, request.abandoned);
   if (!put) return problem_response(put.problem());
   services.owners.add(request.who.owner, request.parameter, request.file->size());
@@ -22,14 +24,13 @@ Response put_blob(Services& services, Request& request) {
 }
 
 Response delete_blob(Services& services, Request& request) {
-  const Deletion deletion = begin_deletion(services, request.who, request.parameter);
-  if (deletion == Deletion::given_up) return {204, {}, ""};
-  if (deletion == Deletion::not_theirs)
-    return problem_response({proto::ProblemCode::not_found, "There is no such blob.", {}});
   const std::string& blob = request.parameter;
-  switch (services.blobs.shelf().remove(hash_digits(blob), [&] { return services.scenes.names_blob(blob); })) {
+  const auto remove = [&](const IsOthers& is_others) {
+    return services.blobs.shelf().remove(hash_digits(blob),
+                                         [&] { return is_others() || services.scenes.names_blob(blob); });
+  };
+  switch (delete_own(services, request.who, blob, remove)) {
     case Shelf::Removal::removed:
-      services.owners.forget(request.parameter);
       return {204, {}, ""};
     case Shelf::Removal::held:
       return problem_response({ProblemCode::in_use, "A scene that is being read needs this blob.", {}});

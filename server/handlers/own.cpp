@@ -31,12 +31,21 @@ std::optional<proto::Problem> refuse_bytes(Services& services, const Principal& 
                         kBeforeMoreBytes};
 }
 
-Deletion begin_deletion(Services& services, const Principal& who, const proto::ContentHash& hash) {
-  if (who.may(proto::Scope::admin)) return Deletion::to_remove;
-  if (!services.owners.has(who.owner, hash)) return Deletion::not_theirs;
-  if (!services.owners.has_others(who.owner, hash)) return Deletion::to_remove;
+Shelf::Removal delete_own(Services& services, const Principal& who, const proto::ContentHash& hash,
+                          const std::function<Shelf::Removal(const IsOthers&)>& remove) {
+  if (who.may(proto::Scope::admin)) {
+    const Shelf::Removal removal = remove([] { return false; });
+    if (removal == Shelf::Removal::removed) services.owners.forget(hash);
+    return removal;
+  }
+  if (!services.owners.has(who.owner, hash)) return Shelf::Removal::missing;
+  bool is_others = false;
+  const auto look = [&] { return is_others = services.owners.has_others(who.owner, hash); };
+  const Shelf::Removal removal = remove(look);
+  if (removal == Shelf::Removal::held) look();
+  if (!is_others && removal != Shelf::Removal::removed) return removal;
   services.owners.remove(who.owner, hash);
-  return Deletion::given_up;
+  return Shelf::Removal::removed;
 }
 
 proto::Result<proto::SourceFile> OwnFiles::blob(const proto::ContentHash& hash, const std::stop_token& stop) const {

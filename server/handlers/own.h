@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "server/http/request.h"
 #include "server/jobs/job.h"
 #include "server/services.h"
+#include "server/store/shelf.h"
 
 /// What is there for who asks: what others have looks to them as if it weren't there.
 namespace tessera::server {
@@ -24,10 +26,12 @@ proto::Result<JobView> find_job(Services& services, const Request& request);
 std::optional<proto::Problem> refuse_bytes(Services& services, const Principal& who, const proto::ContentHash& hash,
                                            std::uint64_t bytes);
 
-/// What becomes of a blob or a scene that is to be deleted: it isn't there for who asks; or it was only given up, as
-/// others have it, too; or it is to be removed.
-enum class Deletion { not_theirs, given_up, to_remove };
-Deletion begin_deletion(Services& services, const Principal& who, const proto::ContentHash& hash);
+/// Deletes a blob or a scene for `who`. What others have, too, is only given up, which is `removed` as well; what isn't
+/// there for `who` is `missing`. `remove` removes the file, unless it is held, or what it is given says that others
+/// have it, which is asked when nobody can come to have it meanwhile.
+using IsOthers = std::function<bool()>;
+Shelf::Removal delete_own(Services& services, const Principal& who, const proto::ContentHash& hash,
+                          const std::function<Shelf::Removal(const IsOthers&)>& remove);
 
 /// The files that documents may name: blobs that one of the owner's keys has put, since knowing a hash is no right to
 /// what has it, and all of the asset root.

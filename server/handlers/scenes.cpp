@@ -48,13 +48,9 @@ Response post_scene(Services& services, Request& request) {
 }
 
 Response delete_scene(Services& services, Request& request) {
-  const Deletion deletion = begin_deletion(services, request.who, request.parameter);
-  if (deletion == Deletion::given_up) return {204, {}, ""};
-  if (deletion == Deletion::not_theirs)
-    return problem_response({proto::ProblemCode::not_found, "There is no such scene.", {}});
-  switch (services.scenes.remove(request.parameter)) {
+  const auto remove = [&](const IsOthers& is_others) { return services.scenes.remove(request.parameter, is_others); };
+  switch (delete_own(services, request.who, request.parameter, remove)) {
     case Shelf::Removal::removed:
-      services.owners.forget(request.parameter);
       return {204, {}, ""};
     case Shelf::Removal::held:
     case Shelf::Removal::needed:

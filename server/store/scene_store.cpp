@@ -98,9 +98,10 @@ Result<SceneStore::Put> SceneStore::put(std::string_view document, const proto::
   const HeldFiles held(files);
   auto parsed = proto::parse_scene(document, held, limits_, abandoned);
   if (!parsed) return parsed.problem();
+  auto hold = shelf_.hold(hash_digits(parsed->hash));
   const auto known = keep(*parsed, document, abandoned);
   if (!known) return known.problem();
-  return Put{share(*std::move(parsed)), *known};
+  return Put{share(*std::move(parsed)), *known, std::move(hold)};
 }
 
 bool SceneStore::is_kept(const ContentHash& hash, const std::stop_token& abandoned) {
@@ -185,11 +186,11 @@ Shelf::Swept SceneStore::sweep(const Shelf::Limits& limits, const std::stop_toke
   return swept;
 }
 
-Shelf::Removal SceneStore::remove(const ContentHash& hash) {
+Shelf::Removal SceneStore::remove(const ContentHash& hash, const std::function<bool()>& is_needed) {
   const std::string name = hash_digits(hash);
   const bool is_in_memory = scenes_.find(hash).has_value();
-  const auto removal = shelf_.remove(name, [] { return false; });
-  if (removal == Shelf::Removal::held) return removal;
+  const auto removal = shelf_.remove(name, is_needed);
+  if (removal == Shelf::Removal::held || removal == Shelf::Removal::needed) return removal;
   references_.drop(name);
   scenes_.drop_all(hash);
   return is_in_memory ? Shelf::Removal::removed : removal;

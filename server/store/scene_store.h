@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -30,7 +31,8 @@ class SceneStore {
 
   struct Put {
     proto::ParsedScene scene;
-    bool known;  ///< It was there before.
+    bool known;                        ///< It was there before.
+    std::shared_ptr<const void> hold;  ///< It stays as long as this lives.
   };
   /// Parses a document, with blobs from `files`, and keeps it, or says what is wrong with it. Throws `Abandoned` once
   /// that is requested.
@@ -62,8 +64,8 @@ class SceneStore {
   /// As long as this lives, a scene's document stays where it is there.
   std::shared_ptr<const void> hold(const proto::ContentHash& hash) { return shelf_.hold(hash_digits(hash)); }
 
-  /// Forgets a scene, unless it is held.
-  Shelf::Removal remove(const proto::ContentHash& hash);
+  /// Forgets a scene, unless it is held or `is_needed` (`Shelf::remove`).
+  Shelf::Removal remove(const proto::ContentHash& hash, const std::function<bool()>& is_needed);
 
   /// The copy in memory of a scene with this content: `scene` itself, unless there is one already. Holds its document,
   /// where there is one.

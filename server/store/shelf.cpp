@@ -81,6 +81,7 @@ std::shared_ptr<const void> Shelf::hold(const std::string& name) {
     if (--found->second == 0) holds->counts.erase(found);
   };
   {
+    const std::lock_guard not_while_it_is_removed(changing_);
     const std::lock_guard lock(holds_->mutex);
     ++holds_->counts[name];
   }

@@ -1,6 +1,7 @@
 """Who may use the daemon, and for what: a stranger with a browser comes first."""
 
 import concurrent.futures
+import hashlib
 import json
 import os
 import shutil
@@ -397,6 +398,28 @@ class OwnersTest(FolderTest):
         inline = self.post(SMALL_JOB, self.alice).json()["scene"]
         self.assertEqual(self.daemon.request("GET", f"/v1/scenes/{inline}", headers=self.alice).status, 200)
         self.assertEqual(self.daemon.request("GET", f"/v1/scenes/{inline}", headers=self.bob).status, 404)
+
+    def test_what_one_has_put_stays_while_another_deletes_it(self):
+        def scene_of(turn):
+            return {"objects": [{"type": "sphere", "center": [turn, 0, 0], "radius": 1}]}
+
+        with concurrent.futures.ThreadPoolExecutor(1) as pool:
+            for turn in range(60):
+                content = TRIANGLE.replace("end_header", f"comment {turn}\nend_header").encode()
+                blob = "/v1/blobs/sha256:" + hashlib.sha256(content).hexdigest()
+                scene = self.post(scene_of(turn), self.alice, "/v1/scenes").json()["scene"]
+                self.daemon.request("PUT", blob, content, self.alice)
+                for path in (blob, f"/v1/scenes/{scene}"):
+                    deleting = pool.submit(self.daemon.request, "DELETE", path, None, self.alice)
+                    if path == blob:
+                        self.assertIn(self.daemon.request("PUT", blob, content, self.bob).status, (200, 201))
+                        file = {"type": "file", "format": "ply", "blob": blob.rpartition("/")[2]}
+                        kept = self.post({"objects": [file]}, self.bob, "/v1/scenes")
+                        self.assertIn(kept.status, (200, 201), (turn, kept.body))
+                    else:
+                        self.assertIn(self.post(scene_of(turn), self.bob, "/v1/scenes").status, (200, 201))
+                    self.assertIn(deleting.result().status, (204, 409))
+                self.assertEqual(self.daemon.request("GET", f"/v1/scenes/{scene}", headers=self.bob).status, 200, turn)
 
     def test_what_is_known_is_ones_own(self):
         render = lambda who: self.daemon.request("POST", "/v1/render?width=8&samples=1", TRIANGLE, who)

@@ -89,7 +89,7 @@ TEST(JobStatus, ItsTextIsJsonWhateverStandsInIt) {
 }
 
 TEST(JobStatus, NothingForAFieldThatIsMissingOrWrong) {
-  const std::set<std::string> optional{"eta", "eta_range", "achieved", "ended_by"};
+  const std::set<std::string> optional{"eta", "eta_range", "achieved", "ended_by", "webhook"};
   const nlohmann::json good = to_json(sample());
   for (const auto& [key, value] : good.items()) {
     nlohmann::json missing = good;

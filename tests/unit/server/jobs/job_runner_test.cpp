@@ -390,7 +390,7 @@ TEST_F(JobRunnerTest, BuildsTheMeshesThatRaysComeTo) {
     scene.objects.push_back({static_cast<std::uint32_t>(scene.objects.size()), 0, std::nullopt});
   }
   scene_ = std::make_shared<const Scene>(with_bounds(std::move(scene)));
-  bool fails = true;
+  std::atomic<bool> fails = true;
   make_ = [&](std::shared_ptr<const Scene> over, const AccelOptions& options) {
     return std::make_unique<const WideAccel>(std::move(over), options, wide_kernels(), [&](const TriangleMesh& mesh) {
       if (fails) throw std::runtime_error("no mesh today");
